@@ -86,7 +86,7 @@ def main(argv: list[str] | None = None) -> int:
     add_shortcuts(window, tabs, front)
     # The window has to be on the screen by now: the terminal opens its own inside it.
     users = Users(arguments.users) if arguments.sign_in else None
-    authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], users)
+    authorization = authorize(tabs, window, users)
     if authorization.page is not None:
         authorization.page.nameField.setText(settings.text("name"))
     remember = partial(save, settings, tabs, window, authorization)
@@ -150,6 +150,12 @@ def one_window(tabs: list[RobotTab], settings: Settings) -> tuple[OperatorWindow
     last = settings.text("tab")
     window.choose(names.index(last) if last in names else 0)
     return window, lambda: tabs[window.current]
+
+
+def authorize(tabs: list[RobotTab], window: OperatorWindow | RobotTabs, users: Users | None) -> Authorization:
+    """Return who shows the robots of these tabs to whom."""
+    captures = [tab.capture for tab in tabs]
+    return Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], users, captures)
 
 
 def remember_driving(tabs: list[RobotTab], window: OperatorWindow | RobotTabs, remember: Callable[[], None]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import getpass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from PyQt5.QtCore import QObject
@@ -15,6 +16,7 @@ from telepresence.teleop.drive_lease import PILOT, Account
 from telepresence.teleop.invitations import Invitations, beside, may_invite
 
 if TYPE_CHECKING:
+    from gui.app.capture import Capture
     from gui.app.controller import Controller
     from gui.app.tabs import RobotTabs
     from gui.window import OperatorWindow
@@ -40,6 +42,7 @@ class Authorization(QObject):
         window, terminal: What is hidden.
         controllers: One for each robot.
         users: The accounts; None lets everybody in as a pilot.
+        captures: Snapshots and recordings of each robot.
     """
 
     def __init__(
@@ -48,9 +51,10 @@ class Authorization(QObject):
         terminal: Lockable,
         controllers: list[Controller],
         users: Users | None,
+        captures: Sequence[Capture] = (),
     ) -> None:
         super().__init__(window)
-        self._window, self._terminal, self._controllers = window, terminal, controllers
+        self._window, self._terminal, self._controllers, self._captures = window, terminal, controllers, captures
         self.page: SignInPage | None = None
         self.account: Account | None = None
         self.invite_dialog = InviteDialog(Invitations(beside(users.path if users else None)), window)
@@ -69,6 +73,8 @@ class Authorization(QObject):
         for controller in controllers:
             controller.bar.sign_out_wanted.connect(self.dismiss)
             controller.access.ended.connect(self._on_ended)
+        for capture in captures:
+            capture.said.connect(lambda text, _level: self._say_signed_out(text))
         self.dismiss()
 
     def admit(self, account: Account) -> None:
@@ -98,9 +104,14 @@ class Authorization(QObject):
             controller.dismiss()
         self._terminal.deny(SIGNED_OUT)
         self._pages.setCurrentWidget(self.page)
+        for capture in self._captures:
+            capture.leave()
 
     def _on_ended(self, reason: str) -> None:
         """Somebody whose account was removed sees nothing either."""
         self.dismiss()
-        if self.page is not None:
-            self.page.say(reason)
+        self._say_signed_out(reason)
+
+    def _say_signed_out(self, text: str) -> None:
+        if self.page is not None and self.account is None:
+            self.page.add(text)

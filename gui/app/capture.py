@@ -53,6 +53,12 @@ class Capture(QObject):
         window.snapshotButton.clicked.connect(self.take_snapshot)
         window.recordButton.toggled.connect(self._on_record)
 
+    def leave(self) -> None:
+        """Nobody is signed in any more: end the recording, and say where it is."""
+        if self.recorder.recording:
+            self.recorder.stop()
+            self._say(f"The recording is being closed. It is in {self._folder}.", "info")
+
     def take_snapshot(self) -> None:
         """Save the picture as the robot sent it."""
         image = self._window.video.image

@@ -70,6 +70,12 @@ class SignInPage(QWidget):
         """Show a sentence under the fields."""
         self.signInMessage.setText(text)
 
+    def add(self, text: str) -> None:
+        """Show a sentence below those that are there, unless it is one of them."""
+        lines = self.signInMessage.text().splitlines()
+        if text not in lines:
+            self.say("\n".join([*lines, text]))
+
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
         self.say("")

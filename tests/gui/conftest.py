@@ -6,6 +6,7 @@ import gc
 import math
 import os
 import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -257,3 +258,32 @@ def start_robot(ros_environment: dict[str, str], run_program: Callable) -> Calla
         return FakeRobot(run_program)
 
     return start
+
+
+ROSRUN = """\
+#!/bin/sh
+# Stands in for rosbag and record_film: makes the file, and ends when it is interrupted and nobody holds it.
+for file; do case $file in *.bag | *.mp4) break;; esac; done
+trap ended=1 INT
+: > "$file"
+while [ -z "$ended" ] || [ -e "$file.held" ]; do
+  [ -e "$file.says" ] && cat "$file.says" >&2 && rm "$file.says"
+  sleep 0.02
+done
+"""
+
+
+@pytest.fixture
+def fake_ros(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder for recordings. A file in it that is called like a bag or film, and `.held`, keeps its program from
+    ending; what is in one with `.says` is what that program says."""
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    for name, text in (("rosrun", ROSRUN), ("report", "#!/bin/sh\n")):
+        (programs / name).write_text(text)
+        (programs / name).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
+    monkeypatch.setattr(sys, "executable", str(programs / "report"))
+    folder = tmp_path / "kept"
+    folder.mkdir()
+    return folder

@@ -9,9 +9,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMainWindow, QSplitter, QTextEdit
 
 import gui.settings
-from gui.__main__ import make_tabs, one_window, parse, remember_driving, save
-from gui.app.authorization import Authorization
-from gui.app.robot_tab import Terminals
+from gui.__main__ import authorize, make_tabs, one_window, parse, remember_driving, save
 from gui.ros.node import RosNode
 from gui.settings import Settings, default_file
 
@@ -170,7 +168,7 @@ def open_window(tmp_path, qt):
         settings = Settings(tmp_path / "window.ini")
         tabs = make_tabs(RosNode(), parse(["--profile", profile, "--no-sign-in"]), settings)
         window, front = one_window(tabs, settings)
-        authorization = Authorization(window, Terminals(tabs), [tab.controller for tab in tabs], None)
+        authorization = authorize(tabs, window, None)
         remember_driving(tabs, window, partial(save, settings, tabs, window, authorization))
         opened.append((window, tabs))
         return window, front

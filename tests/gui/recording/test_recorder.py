@@ -1,6 +1,5 @@
 """A recording of a real graph, without a window: whole when asked to end, and when its owner is killed."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -152,33 +151,6 @@ def test_a_recorder_that_is_not_installed_is_reported(qt, spin, tmp_path, monkey
     assert failed[0].startswith("The recording cannot start: ") and not recorder.recording
 
 
-ROSRUN = """\
-#!/bin/sh
-# Stands in for rosbag and record_film: makes the file, and ends when it is interrupted and nobody holds it.
-for file; do case $file in *.bag | *.mp4) break;; esac; done
-trap ended=1 INT
-: > "$file"
-[ -e "$file.says" ] && cat "$file.says" >&2
-while [ -z "$ended" ] || [ -e "$file.held" ]; do sleep 0.02; done
-"""
-
-
-@pytest.fixture
-def fake_ros(tmp_path, monkeypatch):
-    """A folder for recordings. A file in it that is called like a bag or film, and `.held`, keeps its program from
-    ending; what is in one with `.says` is what that program says."""
-    programs = tmp_path / "programs"
-    programs.mkdir()
-    for name, text in (("rosrun", ROSRUN), ("report", "#!/bin/sh\n")):
-        (programs / name).write_text(text)
-        (programs / name).chmod(0o755)
-    monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
-    monkeypatch.setattr(recorder_module.sys, "executable", str(programs / "report"))
-    folder = tmp_path / "kept"
-    folder.mkdir()
-    return folder
-
-
 @pytest.fixture
 def make_recorder(qt, fake_ros):
     """A recorder, and what it has said."""
@@ -261,9 +233,11 @@ FULL = "has less than {}B left, so the recording has ended; session.bag holds wh
 def test_a_recording_that_rosbag_writes_no_more_is_ended_and_said(make_recorder, fake_ros, spin):
     """Some versions of rosbag run on without writing."""
     text = "\x1b[31m[ERROR] [1.0]: Less than 200M of space free on disk with session.bag.active. Disabling recording."
-    (fake_ros / "session.bag.says").write_text(text)
     recorder, said = make_recorder()
     recorder.start("session", ["/odom"], "/camera/compressed")
+    spin(lambda: has_begun(fake_ros, "session"), "it has begun")
+    (fake_ros / "text").write_text(text)
+    (fake_ros / "text").rename(fake_ros / "session.bag.says")
     spin(lambda: recorder.ending, "it is noticed")
     spin(lambda: not recorder.recording, "bag and film are closed")
     spin(lambda: {"session.bag", "session.mp4", "session.html"} <= {*said}, "all is said")
