@@ -229,9 +229,13 @@ class Connection:
                 return
         callback(self.close_reason)
 
-    def close(self, reason: str = "Session closed") -> None:
-        """End the connection; pending calls fail with the reason."""
-        self._stream.end(reason)
+    def close(self, reason: str = "Session closed", abort: bool = False) -> None:
+        """End the connection; pending calls fail with the reason.
+
+        Args:
+            abort: The peer counts as lost, and what it has not got is not sent any more; see `Stream.end`.
+        """
+        self._stream.end(reason, abort)
 
     def finish(self, reason: str) -> None:
         """End the connection after what is waiting has been sent."""

@@ -76,10 +76,10 @@ class DirectoryLink:
         others = {id(one): one for one in [*self._routes.values(), *(self.local or ())] if one is not self.connection}
         return [*others.values(), self.connection]
 
-    def close(self) -> None:
-        """End all connections; pending calls fail."""
+    def close(self, abort: bool = False) -> None:
+        """End all connections; pending calls fail. `abort`: the robot counts as lost, see `Connection.close`."""
         for connection in self.connections():
-            connection.close(SESSION_CLOSED)
+            connection.close(SESSION_CLOSED, abort)
 
     def services(self) -> list[Record]:
         """Return the records of all services."""

@@ -163,7 +163,7 @@ class Session:
         with self._lock:
             if self._link is link:
                 self._link = None
-        link.close()
+        link.close(abort=True)  # what has not reached the robot's other programs by now is not sent any more
         self.disconnected("disconnected")
 
     def isConnected(self, _async: bool = False) -> Any:
@@ -176,16 +176,21 @@ class Session:
         """Return the address that was dialled. RuntimeError: not connected."""
         return _answer(_async, lambda: self._linked("Session disconnected").url)
 
-    def close(self, _async: bool = False) -> Any:
-        """End all connections, and stop listening. Pending calls fail at once."""
-        return _answer(_async, self._close)
+    def close(self, _async: bool = False, *, abort: bool = False) -> Any:
+        """End all connections, and stop listening. Pending calls fail at once.
 
-    def _close(self) -> None:
+        Args:
+            abort: The robot counts as lost. What was sent and has not reached it is thrown away; without this the
+                kernel goes on trying for a few seconds, and a robot that is back carries it out.
+        """
+        return _answer(_async, self._close, abort)
+
+    def _close(self, abort: bool = False) -> None:
         with self._lock:
             link = self._link
             servers, self._listeners, self._server = [*self._listeners, self._server], [], None
         if link is not None:
-            link.close()
+            link.close(abort)
         for server in servers:
             if server is not None:
                 server.close()

@@ -13,6 +13,7 @@ import os
 import select
 import socket
 import ssl
+import struct
 import threading
 import time
 from collections.abc import Sequence
@@ -34,6 +35,10 @@ _SHORT = 16 * 1024
 """Pieces below this are queued together [bytes]."""
 _LINGER_S = 1.0
 """So long a finished connection waits for the peer to close, or the last words could be lost [s]."""
+_LAST_WORDS_MS = 3000
+"""So long the kernel goes on sending what a closed connection had left [ms]: beyond it, an order is past."""
+_DISCARD = struct.pack("ii", 1, 0)
+"""SO_LINGER of zero seconds: closing throws away what the peer has not confirmed, and resets the connection."""
 _HANG_UP = getattr(select, "POLLRDHUP", 0)
 """Linux reports it beside POLLHUP and POLLERR, which are always reported."""
 _AGAIN = (BlockingIOError, InterruptedError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
@@ -125,7 +130,7 @@ class Stream:
                         self._reactor.call_soon(self._update)
                     return True
                 reason = _why(error)
-        self.end(reason)
+        self.end(reason, abort=True)
         return False
 
     def _write_now(self, buffers: Sequence[Any]) -> OSError | None:
@@ -310,8 +315,13 @@ class Stream:
 
     # --- the end
 
-    def end(self, reason: str) -> None:
-        """Close the connection now. From any thread; only the first call has an effect."""
+    def end(self, reason: str, abort: bool = False) -> None:
+        """Close the connection now. From any thread; only the first call has an effect.
+
+        Args:
+            abort: The peer counts as lost. Nothing is sent to it any more: the kernel would deliver what it has when
+                the network is back, and the peer would carry out what nobody expects by then.
+        """
         with self._lock:
             if self._ended:
                 return
@@ -319,7 +329,7 @@ class Stream:
             self._queue.clear()
             self._tail = bytearray()
             self.queued = 0
-        self._reactor.call_soon(self._close)
+        self._reactor.call_soon(self._close, abort)
         self._on_end(reason)
 
     def finish(self, reason: str) -> None:
@@ -342,16 +352,23 @@ class Stream:
         """Cut off a peer that has taken nothing, or stopped in the middle of a message, for too long."""
         patience = self.limits.stalled_s
         if self.queued and now - self._moved > patience:
-            self.end(f"the peer has read nothing for {patience:g} s")
+            self.end(f"the peer has read nothing for {patience:g} s", abort=True)
         elif not self._reader.idle and not self._paused and now - self._read_at > patience:
-            self.end(f"half a message, and nothing more for {patience:g} s")
+            self.end(f"half a message, and nothing more for {patience:g} s", abort=True)
         elif self._paused and not self._ended and _hung_up(self._socket):
             self.end("the peer closed the connection")  # which reading would have told
 
-    def _close(self) -> None:
+    def _close(self, abort: bool) -> None:
         self._reactor.unwatch(self._socket)
         self._mask = 0
         with self._lock:
+            try:
+                if abort:
+                    self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _DISCARD)
+                elif self._socket.family != socket.AF_UNIX and hasattr(socket, "TCP_USER_TIMEOUT"):
+                    self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, _LAST_WORDS_MS)
+            except OSError as error:
+                log.debug("before closing: %s", error)
             try:
                 self._socket.close()
             except OSError as error:

@@ -10,9 +10,15 @@ from typing import Any
 
 import pytest
 import qi
+from machines import Machine
 from naoqi_driver.connection import Address, CallRefused, Connection, Login, RobotUnreachable
+from talker import Caller
 
 from telepresence import start_patience
+from telepresence.naoqi.python_object import served
+from telepresence.naoqi.server import Server
+
+PROGRAMS = Path(__file__).parent / "programs"
 
 
 class Motion:
@@ -118,6 +124,53 @@ def test_link_comes_back_after_a_fault_of_the_network(naoqi, motion, make_connec
         wait_until(lambda: link.connections == 2, "connected again")
         link.call("ALMotion", "move", 0.3, 0.0, 0.0)
     assert motion.commands[-1] == (0.3, 0.0, 0.0)
+
+
+class Speech:
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def say(self, sentence: str) -> None:
+        self.said.append(sentence)
+
+
+def delivering(machine: Machine) -> bool:
+    """Whether a closed connection still has something to deliver: FIN_WAIT1, 04 in include/net/tcp_states.h."""
+    return "04" in [row.split()[3] for row in machine.run("cat", "/proc/net/tcp").splitlines()]
+
+
+def test_what_was_said_into_a_cut_network_is_not_said_when_it_is_back(workspace_environment, wait_until):
+    machine, speech = Machine(), Speech()
+    try:
+        with machine.entered():
+            robot = Server("tcp://127.0.0.1:0")
+            robot.register("ALTextToSpeech", served(speech))
+            robot.start()
+            link = Caller(workspace_environment, PROGRAMS / "commanded_link.py", robot.endpoints[0])
+        try:
+            wait_until(link.connected, "connected")
+            link.say("first")
+            wait_until(lambda: speech.said == ["first"], "it is said")
+
+            def said_into_the_cut_network() -> bool:
+                """A machine that is held up may lose the link before the sentence is sent."""
+                machine.run("ip", "link", "set", "lo", "up")
+                wait_until(link.connected, "connected")
+                machine.run("ip", "link", "set", "lo", "down")
+                return link.say("into the cut network")
+
+            wait_until(said_into_the_cut_network, "it is sent while the link counts as up")
+            wait_until(lambda: not link.connected(), "the link counts as lost")
+            machine.run("ip", "link", "set", "lo", "up")
+            wait_until(lambda: not delivering(machine), "the kernel has nothing left to deliver")
+            wait_until(lambda: link.say("last"), "connected again")
+            wait_until(lambda: "last" in speech.said, "it is said")
+        finally:
+            link.close()
+            robot.close()
+    finally:
+        machine.close()
+    assert speech.said == ["first", "last"]
 
 
 def test_link_comes_back_to_a_restarted_robot(naoqi, motion, wait_until):

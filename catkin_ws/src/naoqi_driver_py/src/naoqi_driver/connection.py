@@ -330,12 +330,14 @@ class Connection:
             self._wake.wait(PROBE_PERIOD)
             self._wake.clear()
             cause = None if self._stop.is_set() else self._probe(session)
+        if self._stop.is_set():
+            cause = None  # it was closed while it waited for an answer, and need not be lost
         with self._lock:
             self._session = None
             self._services.clear()
         self._problem = cause or "closed"
         self._up.clear()
-        session.close()
+        session.close(abort=cause is not None)  # else a robot that is back says and does what was asked for long ago
         if cause is not None:
             log.warning("lost the robot at %s: %s; connecting again", self.address, cause)
             self._report(self._on_lost, cause)
