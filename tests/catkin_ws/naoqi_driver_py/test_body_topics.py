@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+import xmlrpc.client
 from pathlib import Path
 
 import pytest
@@ -111,8 +112,10 @@ def test_robot_speaks_and_knows_its_language(probe):
     }
 
 
-def test_speech_topic_reaches_the_robot(graph, naoqi_session, until_true):
+def test_speech_topic_reaches_the_robot(graph, naoqi_session, probe, until_true):
     memory = naoqi_session.service("ALMemory")
+    with xmlrpc.client.ServerProxy(graph.uri) as master:  # what was latched before somebody listened is past
+        until_true(lambda: "/speech" in dict(master.getSystemState("/tests")[2][1]), "somebody listens")
     graph.run("rostopic", "pub", "-1", "/speech", "std_msgs/String", "good morning")
     until_true(
         lambda: memory.getListData(["ALTextToSpeech/CurrentSentence"]) == ["good morning"],

@@ -90,6 +90,19 @@ def test_a_reply_that_does_not_come_is_given_up(naoqi, motion):
         assert link.connected, "the robot answers otherwise, so the link stays"
 
 
+def test_who_does_not_wait_for_a_reply_hears_of_a_failure(naoqi, motion, wait_until):
+    failures: list[Exception] = []
+    with Connection(Address.parse("127.0.0.1", naoqi.port)) as link:
+        assert link.wait_connected(10)
+        link.call_async("ALMotion", "move", 0.0, 0.0, 0.0).on_failure(failures.append)
+        link.call_async("ALMotion", "refuse").on_failure(failures.append)
+        wait_until(lambda: failures, "the refusal is reported")
+        link.call_async("ALMotion", "stopMove").on_failure(failures.append)
+        naoqi.close()
+        wait_until(lambda: len(failures) == 2, "the loss is reported")
+    assert [type(failure) for failure in failures] == [CallRefused, RobotUnreachable]
+
+
 def test_call_without_a_link_fails_at_once(free_port):
     with Connection(Address.parse("127.0.0.1", free_port())) as link:
         with pytest.raises(RobotUnreachable, match="not reachable"):

@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
 """Lets the robot speak.
 
-Subscribes: speech (std_msgs/String): say this.
+Subscribes: speech (std_msgs/String): say this. Only while the robot is connected: whoever publishes sees that nobody
+            listens (`get_num_connections`, `rostopic info`), and no sentence waits for the robot.
 Actions:    speech_action (naoqi_bridge_msgs/SpeechWithFeedback): say this and report when it is said; cancelling
             silences the robot.
 Services:   naoqi_driver/set_language (SetString), naoqi_driver/get_language (GetString), for example "English".
 """
 
+import http.client
 import sys
+import xmlrpc.client
 
 import actionlib
 import rospy
@@ -27,20 +30,40 @@ class Speech:
     def __init__(self) -> None:
         self._node = NaoqiNode("naoqi_speech")
         hide_late_publications()
-        subscribe_commands("speech", String, self._on_speech, queue_size=10)
+        self._subscription: rospy.Subscriber | None = None
         rospy.Service("naoqi_driver/set_language", SetString, self._on_set_language)
         rospy.Service("naoqi_driver/get_language", GetString, self._on_get_language)
         self._action = actionlib.SimpleActionServer("speech_action", SpeechWithFeedbackAction, self._on_goal, False)
         self._action.start()
 
     def run(self) -> int:
-        return self._node.run()
+        return self._node.run(self._listen)
+
+    def _listen(self) -> None:
+        """Subscribe whenever the robot is connected, and only then."""
+        for _ in self._node.cycles(POLL_PERIOD):
+            connected = self._node.connection.connected
+            if self._subscription is not None and not connected:
+                self._subscription.unregister()
+                self._subscription = None
+            elif self._subscription is None and connected and self._node.master.alive:
+                try:
+                    # Anew each time: what a latched publisher repeats was said to nobody, and is past.
+                    self._subscription = subscribe_commands("speech", String, self._on_speech, queue_size=10)
+                except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
+                    rospy.logdebug("not subscribed yet: %s", error)  # the master has just ended; its watch reports it
 
     def _on_speech(self, message: String) -> None:
         try:
-            self._node.connection.call_async("ALTextToSpeech", "say", message.data)
+            saying = self._node.connection.call_async("ALTextToSpeech", "say", message.data)
         except RobotError as error:
-            rospy.logwarn("not said: %s", error)
+            self._not_said(error)
+        else:
+            saying.on_failure(self._not_said)
+
+    def _not_said(self, error: RobotError) -> None:
+        if not self._node.stop.is_set():
+            rospy.logwarn("not said, or not to its end: %s", error)
 
     def _on_goal(self, goal) -> None:
         try:

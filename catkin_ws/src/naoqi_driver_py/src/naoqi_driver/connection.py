@@ -111,6 +111,17 @@ class PendingCall:
             raise self._connection.translate(error, self._name, self._future.isRunning(), timeout) from None
         return bounded(value, self._name)
 
+    def on_failure(self, report: Callable[[RobotError], None]) -> None:
+        """Have `report` called, on another thread, if the request is refused or is lost with the link."""
+
+        def ended(_future: naoqi.Future) -> None:
+            try:
+                self.result(0.0)
+            except RobotError as error:
+                report(error)
+
+        self._future.addCallback(ended)
+
     def cancel(self) -> None:
         """Ask the robot to give up the request."""
         if self._future.isRunning():

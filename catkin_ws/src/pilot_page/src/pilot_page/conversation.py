@@ -71,6 +71,6 @@ class Conversation:
     async def say(self, sentence: str, _account: Account) -> None:
         """Let the robot say a sentence. Raises ValueError."""
         if self._speech.get_num_connections() == 0:
-            raise ValueError("This robot does not speak.")
+            raise ValueError("No program of this robot takes a sentence now.")
         if sentence.strip():
             self._speech.publish(sentence.strip())
