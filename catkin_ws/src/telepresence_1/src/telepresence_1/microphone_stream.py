@@ -16,10 +16,11 @@ import os
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
-from naoqi_driver.connection import Connection, RobotError
+from naoqi_driver.connection import CallRefused, Connection, RobotError
 
 from telepresence import naoqi
 from telepresence.security.change_log import ChangeLog
@@ -36,6 +37,8 @@ BURST, FASTEST = 2.0, 1.5
 """Seconds of sound that may come at once, and seconds of sound per second: what comes faster is left out."""
 SILENT_AFTER = 3.0
 """Seconds without a block after which the subscription counts as dead."""
+UNSUBSCRIBE_PERIOD = 2.0
+"""Seconds until a name that the robot has not confirmed to have unsubscribed is unsubscribed again."""
 _DEVICE = "ALAudioDevice"
 
 
@@ -71,7 +74,12 @@ class MicrophoneStream:
         self._credit = BURST
         self._log = ChangeLog()
         self._told: str | None = None
-        self._name = ""
+        self._name = ""  # under which the robot is listened to; empty while it is not
+        self._name_link = -1  # number of the link on which it was registered
+        self._left: dict[str, int] = {}
+        """Names to which the robot may still send -> their links."""
+        self._heard_left = 0.0  # when one of them was left, or a block of theirs came last [s, monotonic]
+        self._unsubscribe_at = 0.0
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="microphone-stream", daemon=True)
 
@@ -96,6 +104,7 @@ class MicrophoneStream:
                 log.exception("the robot's microphones cannot be kept")
                 self._stop.wait(1.0)
         self._leave()
+        self._unsubscribe()
 
     def _keep(self) -> None:
         """Subscribe, or unsubscribe, as things stand."""
@@ -104,13 +113,14 @@ class MicrophoneStream:
             self.problem = self._connection.problem
             return
         subscribed = self._link == self._connection.connections
+        if time.monotonic() >= self._unsubscribe_at:
+            self._unsubscribe()
+        now = time.monotonic()
         if not self.wanted:
             if subscribed:
                 self._leave()
             self.problem = "nobody listens"
-            return
-        now = time.monotonic()
-        if not subscribed:
+        elif not subscribed:
             self._subscribe(now)
         elif now - max(self._last_block, self._asked) > SILENT_AFTER:
             self._report("the robot's microphones send nothing: this robot does not call back over our connection")
@@ -119,21 +129,52 @@ class MicrophoneStream:
     def _subscribe(self, now: float) -> None:
         link = self._connection.connections
         call = self._connection.call
-        self._name = f"PilotsEars{os.getpid()}_{link}_{int(now * 1000) % 100000}"
-        self._connection.register_service(self._name, _listener(self._received))
-        call(_DEVICE, "setClientPreferences", self._name, *self._preferences)
-        call(_DEVICE, "subscribe", self._name, timeout=3.0)
-        self._link, self._asked = link, now
+        self._name = name = f"PilotsEars{os.getpid()}_{link}_{int(now * 1000) % 100000}"
+        self._name_link = link
+        try:
+            self._connection.register_service(name, _listener(partial(self._received, name)))
+            call(_DEVICE, "setClientPreferences", name, *self._preferences)
+            call(_DEVICE, "subscribe", name, timeout=3.0)
+        except CallRefused:
+            self._name = ""
+            raise
+        except RobotError:
+            self._leave()  # without an answer it may have been done, or be done later
+            raise
+        self._link, self._asked = link, time.monotonic()
 
     def _leave(self) -> None:
-        if self._link == self._connection.connections and self._connection.connected:
+        """Take no more blocks under the present name, and have the robot send none soon."""
+        if self._name:
+            self._left[self._name] = self._name_link
+            self._heard_left, self._unsubscribe_at = time.monotonic(), 0.0
+        self._name, self._link = "", -1
+
+    def _unsubscribe(self) -> None:
+        """Ask the robot to send nothing more to the names that were left; what it does not confirm is asked again.
+
+        Else it would stream on, 3 Mbit/s, and beside the next name all sound would come twice.
+        """
+        if not self._connection.connected:
+            return
+        for name, link in list(self._left.items()):
             try:
-                self._connection.call(_DEVICE, "unsubscribe", self._name)
+                if link == self._connection.connections:  # else its service, and what the robot has of it, have ended
+                    self._connection.call(_DEVICE, "unsubscribe", name)
+            except CallRefused as error:
+                log.debug("not unsubscribed: %s", error)
+                if time.monotonic() - self._heard_left < SILENT_AFTER:
+                    continue  # else it is not subscribed: an earlier request has been carried out late
             except RobotError as error:
                 log.debug("not unsubscribed: %s", error)
-        self._link = -1
+                break
+            del self._left[name]
+        self._unsubscribe_at = time.monotonic() + UNSUBSCRIBE_PERIOD
 
-    def _received(self, channels: int, count: int, buffer: Any) -> None:
+    def _received(self, name: str, channels: int, count: int, buffer: Any) -> None:
+        if name != self._name:
+            self._heard_left = time.monotonic()
+            return
         size = len(buffer) if isinstance(buffer, bytes | bytearray) else -1
         if not (0 < channels <= 8 and 0 < count <= MOST_SAMPLES and size >= 2 * channels * count):
             self._report(f"a block of {size} bytes claims {channels} x {count} samples; it is left out")
