@@ -9,7 +9,7 @@ import asyncio
 import json
 import threading
 import time
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Coroutine, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -221,8 +221,8 @@ class PageInProcess:
 class PageBrowser(Browser):
     """Chromium with the page in it."""
 
-    def __init__(self, url: str) -> None:
-        super().__init__("about:blank")
+    def __init__(self, url: str, flags: Sequence[str] = ()) -> None:
+        super().__init__("about:blank", flags=flags)
         self.url = url
         self._in: tuple[str, dict[str, Any]] | None = None
         self.size(1280, 800)

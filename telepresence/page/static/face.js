@@ -2,6 +2,7 @@
 /** The pilot's camera on the robot's tablet: only of who has the robot, paused while the page is hidden, and always seen
  * by the pilot, too. */
 
+import { hindrance, offBecause } from "./hindrance.js";
 import { text } from "./language.js";
 import { section, setTool, tool } from "./layout.js";
 import { choices, choose, deviceChoice, open, problem } from "./media_devices.js";
@@ -116,8 +117,9 @@ export function start(page) {
   });
   page.on("state", () => {
     const can = page.state.sound;
-    if (face.wanted && !(page.state.mine && can?.face)) {
-      say(text("sound.ended"));
+    const why = hindrance(page.state, "face");
+    if (face.wanted && why) {
+      say(text(offBecause("face", why)));
       face.want(false);
     }
     if (can && page.state.mine && can.shows !== face.wanted && performance.now() - askedAt > ASK_PERIOD) {

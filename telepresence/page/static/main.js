@@ -2,6 +2,7 @@
 /** The page: its parts, joined. */
 
 import { start as startAccess } from "./access.js";
+import { start as startAlert } from "./alert.js";
 import { start as startAnnouncing } from "./announcing.js";
 import { drawIcons } from "./icons.js";
 import { loadLanguage } from "./language.js";
@@ -34,6 +35,7 @@ const PARTS = [
   startLayout,
   startSettings,
   startAccess,
+  startAlert,
   startAnnouncing,
   startStatus,
   startOverlay,

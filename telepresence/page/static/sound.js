@@ -4,6 +4,7 @@
  * The robot's sound goes straight into the element, never through Web Audio: what the element plays, the browser's echo
  * cancellation removes from the microphone. A muted microphone sends nothing at all. */
 
+import { hindrance, offBecause } from "./hindrance.js";
 import { text } from "./language.js";
 import { section, setTool, showSheet, tool } from "./layout.js";
 import { choices, choose, deviceChoice, open, problem } from "./media_devices.js";
@@ -136,14 +137,13 @@ export function start(page) {
   });
   page.on("state", () => {
     const can = page.state.sound;
-    const allowed = Boolean(page.state.mine && can?.speak);
-    if (allowed !== microphone.allowed) {
-      microphone.allowed = allowed;
-      if (!allowed) {
-        if (microphone.opened || microphone.held) say(text("sound.ended"));
-        microphone.close();
-      }
+    const why = hindrance(page.state, "speak");
+    if (why && microphone.allowed) {
+      if (microphone.opened || microphone.held) say(text(offBecause("speak", why)));
+      microphone.allowed = false;
+      microphone.close();
     }
+    microphone.allowed = !why;
     const wanted = choices().listen;
     if (can && can.listens !== wanted && performance.now() - askedAt > ASK_PERIOD) {
       askedAt = performance.now();

@@ -55,7 +55,6 @@ export function start(page) {
     const late = page.link.stale ? (now - page.link.pictureAt) / 1000 + (age ?? 0) : age;
     showAge(page.state ? late : null);
   };
-  page.on("said", (event) => showWords(part("alert"), event.detail));
   page.on("state", () => { clock.note(page.state.picture, performance.now() / 1000); show(); });
   page.on("robot", () => { clock.forget(); stamp = age = null; changedAt = -Infinity; show(); });
   page.on("tick", () => {

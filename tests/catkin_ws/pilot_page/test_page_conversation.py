@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from page_browser import Browser, enter
 from page_sound import ORANGE, SETTLED, Likeness, camera, devices, microphone, recorded
+from repeated_presses import press_until
 from sound_lab import RATE, sentence
 
 from pepper_sim.simulation import Simulation
@@ -200,11 +201,26 @@ def test_the_robot_says_a_sentence(driver, graph, until_true):
 
 
 def test_who_loses_the_robot_is_told_that_microphone_and_camera_are_off(driver, open_page, until_true):
-    for name in ("tool_microphone", "tool_camera"):
-        if not is_pressed(driver, name):
-            press(driver, name)
-    until_true(lambda: is_pressed(driver, "tool_microphone") and is_pressed(driver, "tool_camera"), "both are open")
+    """A browser that was not run for a second loses the robot, too: then both are opened again."""
+    names = "tool_microphone", "tool_camera"
+    driver.evaluate(
+        "globalThis.said = ''; new MutationObserver(() => said += document.getElementById('alert').textContent)"
+        ".observe(document.getElementById('alert'), { childList: true })"
+    )
+
+    def press_both() -> None:
+        for name in names:
+            if not is_pressed(driver, name):
+                press(driver, name)
+
+    press_until(
+        *(press_both, lambda: None, until_true),
+        *(lambda: all(is_pressed(driver, name) for name in names), "both are open"),
+    )
     other = enter(open_page(), until_true)
-    until_true(lambda: "Your microphone and camera are off" in driver.text("alert"), "it is said")
-    assert not is_pressed(driver, "tool_microphone") and not is_pressed(driver, "tool_camera")
+    for device in ("microphone", "camera"):
+        off = f"Your {device} is off: you do not have the robot any more."
+        until_true(lambda off=off: off in driver.evaluate("said"), off)
+    until_true(lambda: "anna drives now." in driver.evaluate("said"), "and who has it")
+    assert not any(is_pressed(driver, name) for name in names)
     assert driver.errors == other.errors == []
