@@ -2,10 +2,11 @@
 /** The pilot's camera on the robot's tablet: only of who has the robot, paused while the page is hidden, and always seen
  * by the pilot, too. */
 
-import { hindrance, offBecause } from "./hindrance.js";
+import { hindrance, offBecause, refusedBecause } from "./hindrance.js";
 import { text } from "./language.js";
 import { section, setTool, tool } from "./layout.js";
-import { choices, choose, deviceChoice, open, problem } from "./media_devices.js";
+import { choices, choose, deviceChoice, problem } from "./media_devices.js";
+import { OpenedDevice } from "./opened_device.js";
 import { part } from "./page.js";
 
 const ASK_PERIOD = 1000; // ms between two requests for the same thing
@@ -17,33 +18,29 @@ export class Face {
     this.onProblem = onProblem;
     this.onChange = onChange;
     this.wanted = false;
-    /** @type {MediaStreamTrack | null} */
-    this.track = null;
+    this.device = new OpenedDevice("video", () => this.wanted && !document.hidden, () => this.lost());
     /** @type {RTCRtpSender | null} of the connection that there is now */
     this.sender = null;
+  }
+
+  get track() {
+    return this.device.track;
   }
 
   /** @param {boolean} wanted */
   async want(wanted) {
     this.wanted = wanted;
-    if (!wanted) { this.track?.stop(); this.track = null; }
+    if (!wanted) this.device.close();
     await this.apply();
   }
 
   /** Send what is to be sent; a hidden page sends nothing, and the robot's people see that the camera is paused. */
   async apply() {
-    if (this.wanted && !this.track && !document.hidden) {
-      try {
-        const track = await open("video");
-        if (!this.wanted || this.track) track.stop(); // switched off, or opened twice, while it was opened
-        else {
-          this.track = track;
-          track.addEventListener("ended", () => { this.onProblem(text("sound.camera_lost")); this.want(false); });
-        }
-      } catch (error) {
-        this.wanted = false;
-        this.onProblem(problem(error));
-      }
+    try {
+      await this.device.open();
+    } catch (error) {
+      this.wanted = false;
+      this.onProblem(problem(error));
     }
     const sent = this.wanted && !document.hidden ? this.track : null;
     if (this.sender && this.sender.track !== sent) {
@@ -53,11 +50,15 @@ export class Face {
     this.onChange();
   }
 
+  /** The device was unplugged, or the permission taken away. */
+  lost() {
+    this.onProblem(text("sound.camera_lost"));
+    this.want(false);
+  }
+
   /** Another device was chosen. */
   async reopen() {
-    if (!this.wanted) return;
-    this.track?.stop();
-    this.track = null;
+    this.device.change();
     await this.apply();
   }
 }
@@ -74,7 +75,8 @@ export function start(page) {
   const say = (/** @type {string} */ words) => page.emit("said", words);
   const face = new Face(say, () => show());
   const button = tool("camera", "camera_off", text("sound.camera_on"), () => {
-    if (!page.state?.mine) say(text("sound.take_first"));
+    const why = hindrance(page, "face");
+    if (why) say(text(refusedBecause(why)));
     else face.want(!face.wanted);
   });
   const own = document.createElement("video");
@@ -101,27 +103,30 @@ export function start(page) {
     row.hidden = cameras.element.hidden = !can?.face;
     setTool(button, face.wanted ? "camera" : "camera_off", text(face.wanted ? "sound.camera_off" : "sound.camera_on"));
     button.setAttribute("aria-pressed", String(face.wanted));
-    button.setAttribute("aria-disabled", String(!page.state?.mine));
+    button.setAttribute("aria-disabled", String(hindrance(page, "face") !== ""));
     const stream = /** @type {MediaStream | null} */ (own.srcObject);
     if ((stream?.getTracks()[0] ?? null) !== face.track) {
       own.srcObject = face.track ? new MediaStream([face.track]) : null;
       cameras.refresh(); // they have names only once one was allowed
     }
     own.hidden = !face.track || !choices().mirror;
-    own.classList.toggle("live", Boolean(can?.seen));
+    own.classList.toggle("live", Boolean(can?.seen && !page.silent));
   }
 
   page.link.joins.push((peer) => {
     face.sender = peer.addTransceiver("video", { direction: "sendonly" }).sender;
     face.apply();
   });
+  const allow = () => {
+    const why = hindrance(page, "face");
+    if (!face.wanted || !why) return;
+    say(text(offBecause("face", why)));
+    face.want(false);
+  };
+  page.on("silent", () => { allow(); show(); });
   page.on("state", () => {
     const can = page.state.sound;
-    const why = hindrance(page.state, "face");
-    if (face.wanted && why) {
-      say(text(offBecause("face", why)));
-      face.want(false);
-    }
+    allow();
     if (can && page.state.mine && can.shows !== face.wanted && performance.now() - askedAt > ASK_PERIOD) {
       askedAt = performance.now();
       page.ask("face", face.wanted);

@@ -11,6 +11,7 @@ import { Link, post } from "./link.js";
 const TICK = 50; // ms: 20 commands a second while something is held
 const LIFE = 250; // ms between two signs of life
 const STALLED = 500; // ms between two ticks after which the page was asleep: what was held then is held no more
+const SILENCE = 3000; // ms without a state after which the connection counts as lost, as it does at the station
 const ZEROS = 3; // a lost zero would cost 0.3 s of driving
 
 /** @param {string} id @returns {any} */
@@ -20,6 +21,7 @@ export class Page extends EventTarget {
   // Events:
   //   "entered"  somebody has signed in: page.me is set          "left"    nobody is signed in any more
   //   "robot"    another robot is looked at: page.robot          "state"   page.state is new, ten times a second
+  //   "silent"  the station says nothing any more: page.state is old, see page.silent
   //   "tick"     twenty times a second while signed in           "letgo"   whatever is held must be let go, at once
   //   "said"     {detail: text} the station has refused something or has something to say
   //   "switch"   a button of a gamepad has gone down that is not the stop, whether or not anybody is signed in
@@ -28,6 +30,9 @@ export class Page extends EventTarget {
     this.held = new Held();
     /** @type {any} what the station says of the robot: see docs/page.md */
     this.state = null;
+    this.stateAt = -Infinity;
+    /** Whether the newest state is so old that the connection counts as lost. */
+    this.silent = false;
     /** @type {{name: string, role: string, robots: string[]} | null} */
     this.me = null;
     this.robot = "";
@@ -54,12 +59,20 @@ export class Page extends EventTarget {
     this.ticked = { at: -Infinity, day: -Infinity };
     this.ticks = 0;
     this.link = new Link(part("picture"), {
-      onState: (state) => { this.state = { ...seldom(this.state), ...state }; this.emit("state"); },
+      onState: (state) => this.onState(state),
       onSaid: (text) => this.emit("said", text),
       onSignedOut: () => this.leave(),
       onSent: (number) => this.delay.sent(number, performance.now()),
       onEcho: (number) => this.delay.answered(number, performance.now()),
     });
+  }
+
+  /** @param {any} state what the station says, but for what is as before */
+  onState(state) {
+    this.state = { ...seldom(this.state), ...state };
+    this.stateAt = performance.now();
+    this.silent = false;
+    this.emit("state");
   }
 
   /** @param {string} name @param {any} [detail] */
@@ -134,12 +147,14 @@ export class Page extends EventTarget {
     this.letGo();
     this.robot = this.link.robot = robot;
     this.state = null;
+    this.silent = false;
     this.link.redial();
     this.emit("robot");
   }
 
   tick() {
     this.link.keep();
+    this.noteSilence();
     const slept = this.hasSlept();
     const reason = slept ? text("driving.slept") : first(this.reasons) || (this.state ? this.state.obstacle : "");
     const held = this.holds || (slept && this.floorAwaited);
@@ -147,6 +162,12 @@ export class Page extends EventTarget {
     if (reason && held) this.emit("said", reason);
     this.emit("tick");
     this.send();
+  }
+
+  noteSilence() {
+    if (!this.state || this.silent || performance.now() - this.stateAt <= SILENCE) return;
+    this.silent = true;
+    this.emit("silent");
   }
 
   /** Whether the page did not run since the last tick; makes up for what its clock has missed of that. */

@@ -4,10 +4,11 @@
  * The robot's sound goes straight into the element, never through Web Audio: what the element plays, the browser's echo
  * cancellation removes from the microphone. A muted microphone sends nothing at all. */
 
-import { hindrance, offBecause } from "./hindrance.js";
+import { hindrance, offBecause, refusedBecause } from "./hindrance.js";
 import { text } from "./language.js";
 import { section, setTool, showSheet, tool } from "./layout.js";
-import { choices, choose, deviceChoice, open, problem } from "./media_devices.js";
+import { choices, choose, deviceChoice, problem } from "./media_devices.js";
+import { OpenedDevice } from "./opened_device.js";
 
 const HELD = 400; // ms that the microphone's button is held from which on it is push to talk and not a switch
 const ASK_PERIOD = 1000; // ms between two requests for the same thing
@@ -21,31 +22,27 @@ export class Microphone {
     this.allowed = false; // only who has the robot speaks through it
     this.opened = false; // by the switch
     this.held = false; // by push to talk
-    /** @type {MediaStreamTrack | null} */
-    this.track = null;
+    this.device = new OpenedDevice("audio", () => this.allowed && (this.opened || this.held), () => this.lost());
     /** @type {RTCRtpSender | null} of the connection that there is now */
     this.sender = null;
-    this.opening = false;
+  }
+
+  get track() {
+    return this.device.track;
   }
 
   /** Whether the voice is sent. */
   get live() {
-    return this.allowed && !document.hidden && (this.opened || this.held) && this.track?.readyState === "live";
+    return this.allowed && !document.hidden && (this.opened || this.held) && this.track !== null;
   }
 
   /** Send what is to be sent; open the device where it is wanted for the first time. */
   async apply() {
-    if (this.allowed && (this.opened || this.held) && this.track?.readyState !== "live" && !this.opening) {
-      this.opening = true;
-      try {
-        this.track = await open("audio");
-        this.track.addEventListener("ended", () => this.lost());
-      } catch (error) {
-        this.opened = this.held = false;
-        this.onProblem(problem(error));
-      } finally {
-        this.opening = false;
-      }
+    try {
+      await this.device.open();
+    } catch (error) {
+      this.opened = this.held = false;
+      this.onProblem(problem(error));
     }
     if (this.track) this.track.enabled = this.live;
     const sent = this.live ? this.track : null;
@@ -60,23 +57,22 @@ export class Microphone {
     this.apply();
   }
 
-  /** Nobody may speak any more, or nobody should: not before the next press. */
+  /** Nobody should speak any more: not before the next press. */
   close() {
     this.opened = this.held = false;
     this.apply();
   }
 
-  /** Let go of the device, so that the browser's sign of a microphone in use goes out. */
+  /** Nobody may speak any more: let go of the device, too. */
   release() {
+    this.allowed = false;
     this.close();
-    this.track?.stop();
-    this.track = null;
+    this.device.close();
   }
 
   /** Another device was chosen. */
   async reopen() {
-    this.track?.stop();
-    this.track = null;
+    this.device.change();
     await this.apply();
   }
 }
@@ -109,16 +105,26 @@ export function start(page) {
   tool("say", "say", text("sound.say"), () => { showSheet(true, "sound"); panel.sentence.focus(); });
 
   function toggle() {
-    if (!microphone.allowed) { say(text("sound.take_first")); return; }
+    if (!microphone.allowed) { say(text(refusedBecause(hindrance(page, "speak")))); return; }
     microphone.opened = !microphone.opened;
     microphone.apply();
+  }
+
+  /** Let whoever has the robot speak, and nobody else. */
+  function allow() {
+    const why = hindrance(page, "speak");
+    if (why && microphone.allowed) {
+      if (microphone.opened || microphone.held) say(text(offBecause("speak", why)));
+      microphone.release();
+    }
+    microphone.allowed = !why;
   }
 
   function show() {
     const can = page.state?.sound;
     const listens = choices().listen && !blocked;
     setTool(speaker, listens ? "speaker" : "speaker_off", text(blocked ? "sound.blocked" : listens ? "sound.mute_robot" : "sound.unmute_robot"));
-    speaker.setAttribute("aria-pressed", String(Boolean(listens && can?.listens)));
+    speaker.setAttribute("aria-pressed", String(Boolean(listens && can?.listens && !page.silent)));
     const live = microphone.live;
     setTool(button, live ? "microphone" : "microphone_off", text(live ? "sound.mute" : "sound.unmute"));
     button.setAttribute("aria-pressed", String(live));
@@ -137,13 +143,7 @@ export function start(page) {
   });
   page.on("state", () => {
     const can = page.state.sound;
-    const why = hindrance(page.state, "speak");
-    if (why && microphone.allowed) {
-      if (microphone.opened || microphone.held) say(text(offBecause("speak", why)));
-      microphone.allowed = false;
-      microphone.close();
-    }
-    microphone.allowed = !why;
+    allow();
     const wanted = choices().listen;
     if (can && can.listens !== wanted && performance.now() - askedAt > ASK_PERIOD) {
       askedAt = performance.now();
@@ -151,7 +151,8 @@ export function start(page) {
     }
     show();
   });
-  page.on("robot", () => { microphone.allowed = false; microphone.close(); });
+  page.on("silent", () => { allow(); show(); });
+  page.on("robot", () => microphone.release());
   page.on("left", () => { microphone.release(); audio.srcObject = null; });
   // What nobody watches must not listen: a new press opens it again.
   document.addEventListener("visibilitychange", () => { if (document.hidden) microphone.close(); });
@@ -263,7 +264,7 @@ class Panel {
 
   show() {
     const can = this.page.state?.sound;
-    this.hint.textContent = !this.page.state ? "" : !can ? text("sound.not_this_way")
+    this.hint.textContent = !this.page.state ? "" : this.page.silent ? text("connection.none") : !can ? text("sound.not_this_way")
       : !this.page.state.mine ? text("sound.take_first") : can.speaks ? text("sound.you_are_heard") : "";
     this.hint.hidden = !this.hint.textContent;
     this.talk.hidden = !can?.speak;

@@ -8,6 +8,7 @@ import pytest
 from gui.app import views
 from gui.driving import delay_speed_limit, drive_controls, gamepad, look_around
 from gui.widgets import picture_patience, video_view
+from telepresence.page import browser_messages
 from telepresence.page.app import STATIC
 from telepresence.teleop import command_timeout, floor_goal, gaze, hand_speeds, joystick_mapping, lease_client
 from telepresence.teleop.joystick_layouts import DEFAULT
@@ -45,9 +46,13 @@ SHARED = {
     "driving.js": {"PANIC": 1000.0 * drive_controls.PANIC_TIME, "CLOCKS_DIFFER": views.CLOCKS_DIFFER},
     "link.js": {"STALE": 1000.0 * video_view.STALE_AFTER},
     "overlay.js": {"SLOW": floor_goal.SLOW, "BLOCKED": floor_goal.BLOCKED},
-    "page.js": {"TICK": 1000.0 * command_timeout.SEND_PERIOD, "LIFE": 1000.0 * lease_client.LIFE_PERIOD},
+    "page.js": {
+        "TICK": 1000.0 * command_timeout.SEND_PERIOD,
+        "LIFE": 1000.0 * lease_client.LIFE_PERIOD,
+        **milliseconds(browser_messages, "SILENCE"),
+    },
 }
-"""Script -> its constants that the window has, too; the scripts' times are milliseconds."""
+"""Script -> its constants that the window has, too, or the station; the scripts' times are milliseconds."""
 OWN = {
     "held.js": set(),
     "gaze.js": {"STEP", "SPAN"},
