@@ -4,6 +4,7 @@
 import { show as showWords, text } from "./language.js";
 import { get, post } from "./link.js";
 import { part } from "./page.js";
+import { isOwed, keepSigningOut, signOut } from "./signing_out.js";
 
 /** Of a link that was opened; in memory alone. */
 let invitation = "";
@@ -29,10 +30,11 @@ export function start(page) {
     button.disabled = true;
     part("enterProblem").textContent = "";
     try {
+      if (isOwed() && !await signOut()) throw new Error(text("entering.still_in"));
       const me = await post("enter", invitation ? { name, invitation } : { name, password: fields.get("password") });
       invitation = "";
       form.elements.password.value = "";
-      page.enter(me);
+      if (!page.me) page.enter(me); // unless the page has found the new cookie first
     } catch (error) {
       showWords(part("enterProblem"), error instanceof TypeError ? text("connection.none") : error.message);
       form.elements.name.focus(); // which a disabled button has lost
@@ -46,15 +48,21 @@ export function start(page) {
   askWhoItIs(page);
 }
 
-/** Come in again with the cookie of before; else show what is needed. @param {import("./page.js").Page} page */
+/** Come in again with the cookie of before, unless it was given up; else show what is needed. @param {import("./page.js").Page} page */
 async function askWhoItIs(page) {
+  if (isOwed()) {
+    show(false);
+    await keepSigningOut(() => showWords(part("enterProblem"), text("entering.still_in")));
+    if (page.me) return; // somebody has come in meanwhile
+  }
   let me;
   try {
     me = await get("me");
   } catch (error) {
-    ask(error.fields ?? { password: true });
+    if (!page.me) ask(error.fields ?? { password: true });
     return;
   }
+  if (page.me) return;
   invitation = ""; // whoever is in needs no second way in
   page.enter(me);
 }
@@ -68,7 +76,7 @@ function ask({ password, ended }) {
   name.required = !invitation && password;
   name.autocomplete = invitation ? "nickname" : "username";
   show(false);
-  name.focus();
+  if (!part("enterForm").contains(document.activeElement)) name.focus(); // else somebody types already
 }
 
 /** @param {boolean} entered */

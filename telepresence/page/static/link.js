@@ -27,9 +27,12 @@ export class NotSignedIn extends Error {
   }
 }
 
-/** @param {string} path @param {object} [body] @param {AbortSignal} [signal] ends it */
-export async function post(path, body = {}, signal = undefined) {
-  const answer = await fetch(path, { method: "POST", body: JSON.stringify(body), signal,
+/**
+ * @param {string} path @param {object} [body] @param {AbortSignal} [signal] ends it
+ * @param {boolean} [keepalive] whether it goes on when the page is closed
+ */
+export async function post(path, body = {}, signal = undefined, keepalive = false) {
+  const answer = await fetch(path, { method: "POST", body: JSON.stringify(body), signal, keepalive,
     headers: { "Content-Type": "application/json" } });
   const fields = await answer.json();
   if (answer.status === 401) throw new NotSignedIn(fields);

@@ -6,7 +6,8 @@ import { DelayLimit } from "./delay.js";
 import { Held } from "./held.js";
 import { text } from "./language.js";
 import { section } from "./layout.js";
-import { Link, post } from "./link.js";
+import { Link } from "./link.js";
+import { setOwed } from "./signing_out.js";
 
 const TICK = 50; // ms: 20 commands a second while something is held
 const LIFE = 250; // ms between two signs of life
@@ -138,7 +139,10 @@ export class Page extends EventTarget {
     clearInterval(this.ticks);
     this.held.letGo();
     this.link.hangUp();
+    this.link.video.srcObject = null; // whoever comes next to this computer sees none of it
     this.me = null;
+    this.state = null;
+    this.silent = false;
     this.emit("left");
   }
 
@@ -198,9 +202,9 @@ export class Page extends EventTarget {
     }
   }
 
-  /** Sign out. */
-  async signOut() {
-    await post("leave");
+  /** Sign out: here at once, whatever the network does; entering.js sees to it that the station hears of it. */
+  signOut() {
+    setOwed(true);
     this.leave();
   }
 }
