@@ -58,8 +58,14 @@ class BrowserFace:
         self.check()
 
     def check(self) -> None:
-        """Open or close the way in, and say that the camera is covered; ten times a second."""
-        wanted = self.wanted and self._allowed()
+        """Open or close the way in, and say that the camera is covered; ten times a second.
+
+        Who loses the robot wants nothing any more: their page cannot withdraw it, since the station takes requests
+        only of who has the robot, and it would count again when the robot comes back.
+        """
+        if not self._allowed():
+            self.wanted = False
+        wanted = self.wanted
         if self._receiver is not None:
             self._receiver._enabled = wanted  # what others send is not even decoded; no public name
         if self._shown and not wanted:

@@ -117,7 +117,7 @@ def test_who_has_not_the_robot_is_neither_heard_nor_seen_whatever_it_sends():
             on.part.check()
         assert on.station.said == [] and on.station.faces == []
         assert all(each.receiver.track._queue.empty() for each in on.peer.getTransceivers()), "nothing piles up"
-        assert on.part.describe() == {"speak": True, "listens": False, "speaks": False, "shows": True, "seen": False}
+        assert on.part.describe() == {"speak": True, "listens": False, "speaks": False, "shows": False, "seen": False}
 
     run(scenario)
 
@@ -140,6 +140,28 @@ def test_the_driver_is_heard_and_seen_until_the_robot_is_another_s():
         said = len(on.station.said)
         await asyncio.sleep(0.3)  # in which nothing more may be said
         assert len(on.station.said) == said and on.station.faces.count(None) == 1
+
+    run(scenario)
+
+
+def test_who_gets_the_robot_back_is_not_shown_before_asking_again(monkeypatch):
+    """A page switches its camera off when it loses the robot, and can say so only while it has it."""
+    monkeypatch.setattr("telepresence.page.browser_face.PAUSED", 0.2)
+
+    async def scenario(on):
+        on.window.mine = True
+        on.part.ask("face", True)
+        await on.until(lambda: any(on.station.faces))
+        on.window.mine = False
+        await on.until(lambda: on.station.faces[-1] is None)
+        on.browser.getSenders()[-1].replaceTrack(None)
+        shown = len(on.station.faces)
+        on.window.mine = True
+        until = asyncio.get_running_loop().time() + 1.0
+        await on.until(lambda: asyncio.get_running_loop().time() > until)
+        assert on.station.faces[shown:] == [] and not on.part.describe()["shows"]
+        on.part.ask("face", True)
+        await on.until(lambda: on.station.faces[shown:])
 
     run(scenario)
 
