@@ -99,7 +99,8 @@ export class Link {
     this.uncounted = 0;
     /** @type {Map<number, (problem: string) => void>} */
     this.unanswered = new Map();
-    /** @type {((peer: RTCPeerConnection) => void)[]} what adds its own tracks to each new connection, before the offer */
+    /** Called with each new connection before its offer, to add tracks of their own, or because each is asked anew.
+     * @type {((peer: RTCPeerConnection) => void)[]} */
     this.joins = [];
     /** @type {(rtp: number | undefined) => void} a picture is shown; what RTP calls it */
     this.onPicture = () => {};
