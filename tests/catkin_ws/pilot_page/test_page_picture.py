@@ -93,7 +93,7 @@ def test_small_pictures_that_were_asked_for_stay_small_in_the_next_connection(op
     until_true(lambda: page.evaluate(RECEIVED_WIDTH) == 160, "large pictures come")
     page.evaluate("document.querySelector('#section_picture input').click()")
     until_true(lambda: page.evaluate(RECEIVED_WIDTH) == 80, "small ones come")
-    page.evaluate("peers.at(-1).close()")
-    until_true(lambda: page.evaluate("peers.length") == 2, "it dials again")
+    before = page.evaluate("peers.at(-1).close(), peers.length")
+    until_true(lambda: page.evaluate("peers.length") > before, "it dials again")  # and again, on a busy machine
     until_true(lambda: page.evaluate(RECEIVED_WIDTH) == 80, "small ones come here, too")
     assert page.errors == []
