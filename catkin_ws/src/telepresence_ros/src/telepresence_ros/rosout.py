@@ -39,7 +39,11 @@ def main() -> int:
 
     def on_log(message: Log) -> None:
         log.info("%s", line(message))
-        everybody.publish(message)
+        try:
+            everybody.publish(message)
+        except rospy.ROSException:
+            if not rospy.is_shutdown():  # at the end rospy closes topics while messages come
+                raise
 
     rospy.Subscriber("/rosout", Log, on_log, queue_size=1000)
     return node.run()
