@@ -16,6 +16,7 @@ from talker import Caller
 
 from telepresence import start_patience
 from telepresence.naoqi.python_object import served
+from telepresence.naoqi.reactor import reactor
 from telepresence.naoqi.server import Server
 
 PROGRAMS = Path(__file__).parent / "programs"
@@ -90,15 +91,16 @@ def test_a_reply_that_does_not_come_is_given_up(naoqi, motion):
         assert link.connected, "the robot answers otherwise, so the link stays"
 
 
-def test_who_does_not_wait_for_a_reply_hears_of_a_failure(naoqi, motion, wait_until):
+def test_who_does_not_wait_for_a_reply_hears_of_a_failure(naoqi, motion, make_connection, wait_until):
     failures: list[Exception] = []
-    with Connection(Address.parse("127.0.0.1", naoqi.port)) as link:
+    wire = make_connection(naoqi.port)
+    with Connection(Address.parse("127.0.0.1", wire.port)) as link:
         assert link.wait_connected(10)
         link.call_async("ALMotion", "move", 0.0, 0.0, 0.0).on_failure(failures.append)
         link.call_async("ALMotion", "refuse").on_failure(failures.append)
         wait_until(lambda: failures, "the refusal is reported")
         link.call_async("ALMotion", "stopMove").on_failure(failures.append)
-        naoqi.close()
+        wire.cut()
         wait_until(lambda: len(failures) == 2, "the loss is reported")
     assert [type(failure) for failure in failures] == [CallRefused, RobotUnreachable]
 
@@ -154,6 +156,7 @@ def delivering(machine: Machine) -> bool:
 
 def test_what_was_said_into_a_cut_network_is_not_said_when_it_is_back(workspace_environment, wait_until):
     machine, speech = Machine(), Speech()
+    reactor()  # outside, if it is not there yet: a thread and those that it starts stay on the machine of their birth
     try:
         with machine.entered():
             robot = Server("tcp://127.0.0.1:0")

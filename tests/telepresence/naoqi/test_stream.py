@@ -13,6 +13,7 @@ from machines import Machine
 from telepresence.naoqi.connection import Connection
 from telepresence.naoqi.dial import connect
 from telepresence.naoqi.limits import Limits
+from telepresence.naoqi.reactor import reactor
 
 SENTENCE = b"May I come in?"
 UNCONFIRMED = "04"
@@ -32,6 +33,7 @@ def machine() -> Iterator[Machine]:
 @pytest.fixture
 def ends(machine: Machine) -> Iterator[tuple[Connection, socket.socket]]:
     """A connection, and the bare socket at its other end."""
+    reactor()  # outside, if it is not there yet: a thread and those that it starts stay on the machine of their birth
     with machine.entered(), socket.create_server(("127.0.0.1", 0)) as listener:
         address = f"tcp://127.0.0.1:{listener.getsockname()[1]}"
         connection = connect(address, capabilities={}, limits=Limits(stalled_s=0.5))
