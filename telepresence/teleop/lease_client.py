@@ -35,6 +35,7 @@ from telepresence.teleop.lease_messages import (
 from telepresence.teleop.lease_topics import LeaseState
 from telepresence.teleop.lease_windows import LEASE
 from telepresence.teleop.looking import Look, LookCommand, sign_look
+from telepresence.teleop.request_to_drive import RequestToDrive
 
 LIFE_PERIOD = 0.25
 """[s] between two renewals; a lease lasts four of them."""
@@ -46,9 +47,6 @@ UNANSWERED_PERIOD = 0.2
 """[s] between two attempts to join that nobody has answered: drive_lease was just started, or has died meanwhile."""
 MISSED = 0.2
 """[s] for which `drive/state` may lack this window before it asks why."""
-KEPT = 1.0
-"""[s] for which the pilot's robot may not be asked for any more before it counts as kept: a silent window's request is
-not shown either, and comes back with its next sign of life."""
 AT_ONCE = ("stop", "leave")
 """Requests that wait for no answer to others."""
 STOP_OWED = 3.0
@@ -127,8 +125,7 @@ class LeaseClient:
         self._sent_at = self._join_at = self._taken_at = -math.inf
         self._join_problem = ""
         self._missed_at = math.inf
-        self._asked_pilot, self._unasked_at = "", math.inf
-        """Whom this account has asked for the robot, and since when that is not shown any more."""
+        self._request_to_drive = RequestToDrive()
 
     @property
     def is_pilot(self) -> bool:
@@ -291,7 +288,9 @@ class LeaseClient:
         if state.epoch != self._epoch:
             self._session = ""
         self._ask_if_missed(state)
-        self._notice_a_refusal(state)
+        heard = time.monotonic() - self._sent_at < LEASE
+        if self.account is not None and self._request_to_drive.is_refused(state, self.account.name, heard):
+            self._refused(f"{state.pilot} keeps the robot.")
         if self.account is not None and not self._session:
             self._join()
         if was_mine and state.pilot and not self.mine:
@@ -311,22 +310,6 @@ class LeaseClient:
         if now - self._missed_at >= MISSED:
             self._missed_at = now
             self.ask("present", quiet=True)
-
-    def _notice_a_refusal(self, state: LeaseState) -> None:
-        """Say that the pilot keeps the robot for which this account has asked; drive_lease only takes the request
-        back."""
-        now = time.monotonic()
-        if self.account is not None and state.asking == self.account.name and state.pilot != state.asking:
-            self._asked_pilot, self._unasked_at = state.pilot, math.inf
-        elif not self._asked_pilot or state.asking or state.pilot != self._asked_pilot:
-            self._asked_pilot = ""
-        elif now - self._sent_at > LEASE:
-            self._unasked_at = math.inf
-        else:
-            self._unasked_at = min(self._unasked_at, now)
-            if now - self._unasked_at >= KEPT:
-                self._asked_pilot = ""
-                self._refused(f"{state.pilot} keeps the robot.")
 
     def _lives(self) -> bool:
         """Whether somebody is there who could drive: whoever commands by another clock may have gone."""

@@ -12,12 +12,25 @@ from PyQt5.QtWidgets import QFrame
 from gui.robots import ROBOTS
 from gui.ros.channels import Answer, Channel
 from gui.ros.link_state import LinkState
+from gui.ros.picture import Picture
 from telepresence.security.signing import PROOF
 from telepresence.teleop.drive_lease import PILOT, Account, DriveLease, Velocity
 from telepresence.teleop.key_agreement import Claim
 from telepresence.teleop.lease_messages import Reply, sign_joined, sign_reply
 from telepresence.teleop.lease_topics import Asked, Joined, LeaseState
 from telepresence.teleop.lease_windows import Window
+
+RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
+"""What `FakeLink.become` takes for a robot whose programs run."""
+
+
+def picture(age: float = 0.0, encoding: str = "rgb8", channels: int = 3) -> Picture:
+    return Picture(np.full((48, 64, channels), 99, np.uint8), encoding, time.time(), time.monotonic() - age)
+
+
+def begun(link: FakeLink) -> dict[str, bool]:
+    """What of the conversation was last asked for."""
+    return {name: values[0] for name, *values in link.called if name in ("show_page", "conversation")}
 
 
 class FakeLink(QObject):

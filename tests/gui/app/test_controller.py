@@ -3,58 +3,24 @@
 import itertools
 import time
 
-import numpy as np
 import pytest
+from fake_window_parts import RUNNING, begun, picture
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QLabel, QPushButton
 
-from gui.app.controller import PRESS_AGAIN, Attach, Controller
-from gui.app.conversation import PERIOD
+from gui.app.controller import PRESS_AGAIN, Attach
 from gui.driving.drive_coordinator import STOP_REPEATS
 from gui.driving.key_legend import IN_WINDOW
-from gui.ros.channels import Answer
-from gui.ros.picture import Picture
-from gui.ros.readings import DriveState, VoiceSettings
+from gui.ros.readings import DriveState
 from gui.terminal.commands import KEYBOARD, OPEN_TO_ALL, QUIET
 from gui.widgets.picture_patience import MOST_PATIENCE
-from gui.window import OperatorWindow, style_sheet
-from telepresence.teleop.drive_lease import PILOT, Account
+from gui.window import style_sheet
 from telepresence.teleop.looking import HeadState
 
 ZERO = (0.0, 0.0, 0.0)
 LAUNCH = "roslaunch pepper_bringup tele_pepper.launch nao_ip:=127.0.0.1 roscore_ip:=127.0.0.1"
 SECOND_NAME = "name:=teleop_twist_keyboard_2"
-RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
-
-
-@pytest.fixture
-def open_window(qt, link, terminal, spin):
-    opened = []
-
-    def open_one(attach=Attach.AUTO):
-        window = OperatorWindow(terminal)
-        window.address.setText("192.168.1.10")
-        window.controller = Controller(window, link, terminal, attach)
-        window.controller.admit(Account("anna", PILOT))
-        window.show_on_screen()
-        opened.append(window)
-        spin(window.isActiveWindow, "the window is active")
-        return window
-
-    yield open_one
-    for window in opened:
-        window.close()
-        window.deleteLater()
-
-
-def picture(age=0.0, encoding="rgb8", channels=3):
-    return Picture(np.full((48, 64, channels), 99, np.uint8), encoding, time.time(), time.monotonic() - age)
-
-
-def begun(link):
-    """What of the conversation was last asked for."""
-    return {name: values[0] for name, *values in link.called if name in ("show_page", "conversation")}
 
 
 def click(button):
@@ -131,93 +97,6 @@ def test_each_button_in_the_reports_order_says_what_it_did(open_window, terminal
     spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
     click(window.feedButton)
     spin(lambda: begun(link) == {"show_page": False, "conversation": False}, "and ends")
-
-
-def test_who_only_watches_neither_begins_nor_ends_the_conversation(open_window, link):
-    window = open_window(Attach.NEVER)
-    link.lease.update(pilot="ben", window="/other")
-    link.become(**RUNNING)
-    for _ in range(2):
-        click(window.feedButton)
-        QTest.qWait(PERIOD + 50)
-    assert begun(link) == {}
-
-
-def test_signing_out_ends_the_conversation(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    click(window.feedButton)
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
-    window.controller.dismiss()
-    assert begun(link) == {"show_page": False, "conversation": False}
-
-
-def test_a_conversation_ends_when_somebody_else_has_the_robot_and_leaves_theirs_alone(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    click(window.feedButton)
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
-    link.report_lease(pilot="ben", window="/other")
-    assert begun(link) == {"show_page": False, "conversation": False}
-    link.called.clear()
-    for _ in range(2):
-        click(window.feedButton)
-        QTest.qWait(PERIOD + 50)
-    window.controller.dismiss()
-    assert begun(link) == {}, "what the new pilot has begun since then is theirs"
-
-
-def test_a_conversation_goes_on_when_the_robot_comes_back(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    click(window.feedButton)
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
-    link.called.clear()
-    link.report_lease(pilot="", window="")
-    link.report_lease(pilot="anna", window=link.node_name)
-    assert begun(link) == {}, "nobody else had it meanwhile"
-    link.report_lease(pilot="ben", window="/other")
-    link.called.clear()
-    link.report_lease(pilot="anna", window=link.node_name)
-    assert begun(link) == {}, "first the other pilot's window ends what it has begun"
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "then it goes on")
-
-
-def test_a_conversation_ends_for_somebody_whose_account_was_removed(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    click(window.feedButton)
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
-    link.report_lease(pilot="", window="")
-    link.slow.add("conversation")
-    window.controller.dismiss()
-    assert begun(link) == {"show_page": False, "conversation": False}
-    link.called.clear()
-    link.slow.clear()
-    link.waiting.pop()(Answer(False, "The program has died."))
-    spin(lambda: begun(link) == {"conversation": False}, "it is asked for again, though nobody is signed in")
-
-
-def test_a_conversation_that_does_not_end_is_said(open_window, link, spin, monkeypatch):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    click(window.feedButton)
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
-    monkeypatch.setattr("gui.app.conversation.PATIENCE", 0.2)
-    link.slow.add("conversation")
-    click(window.feedButton)
-    spin(lambda: "Not ended, for there is no answer: sound." in window.status.message, "it is said")
-
-
-def test_a_conversation_goes_on_with_the_programs_that_are_started_next(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    click(window.feedButton)
-    spin(lambda: len(begun(link)) == 2, "the conversation begins")
-    link.become(master=True, joined=True)
-    link.called.clear()
-    link.become(**RUNNING)
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "it is begun again")
 
 
 def test_a_robot_that_does_not_answer_is_said(open_window, link):
@@ -586,19 +465,6 @@ def test_the_robot_stands_at_once_when_the_cameras_program_is_killed(open_window
     QTest.keyRelease(window, Qt.Key_W)
 
 
-def test_a_mute_in_vain_does_not_look_muted(open_window, link):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    button = window.sound.microphone
-    link.channel("voice_settings").arrived.emit(VoiceSettings(False, False, "auto", "auto", (), ()))
-    link.slow.add("mute_microphone")
-    button.click()
-    link.waiting.pop()(Answer(False, "No program offers it.", arrived=False))
-    assert not button.isChecked() and window.status.message == "No program offers it."
-    button.click()
-    assert link.called[-1] == ("mute_microphone", True)
-
-
 def test_a_key_that_outlasts_a_lost_lease_is_told_to_be_pressed_again(open_window, link, spin):
     window = open_window(Attach.NEVER)
     link.become(**RUNNING)
@@ -646,19 +512,3 @@ def test_a_held_head_that_is_let_go_of_says_why(open_window, link, spin):
     report_head("The robot sleeps.")
     spin(lambda: window.status.message == "The robot sleeps.", "it is said")
     QTest.keyRelease(window.pad, Qt.Key_J)
-
-
-def test_a_sentence_that_nobody_hears_stays_in_its_field(open_window, link):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    panel = window.robotPanel
-    link.unheard.update(("say", "posture"))
-    panel.sentence.setText("May I come in?")
-    panel.say_button.click()
-    assert panel.sentence.text() == "May I come in?" and "No program listens to /speech" in panel._answer.text()
-    panel.posture.emit("crouch")
-    assert "No program of the robot takes postures" in panel._answer.text()
-    assert not [name for name, *_ in link.sent if name in ("say", "posture")]
-    link.unheard.clear()
-    panel.say_button.click()
-    assert ("say", "May I come in?") in link.sent and panel.sentence.text() == ""

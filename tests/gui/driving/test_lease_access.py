@@ -15,10 +15,11 @@ from gui.ros.channels import Answer
 from gui.window import OperatorWindow
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import DriveLease
-from telepresence.teleop.lease_client import JOIN_PERIOD, KEPT, SILENCE, UNANSWERED_PERIOD
+from telepresence.teleop.lease_client import JOIN_PERIOD, SILENCE, UNANSWERED_PERIOD
 from telepresence.teleop.lease_messages import Reply, sign_command
 from telepresence.teleop.lease_topics import Joined
 from telepresence.teleop.password_key import CHEAP
+from telepresence.teleop.request_to_drive import KEPT
 
 SECRET = "correct horse"
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}

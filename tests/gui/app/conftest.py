@@ -1,0 +1,27 @@
+"""Windows that are joined to a robot and a terminal that only note what was asked of them."""
+
+import pytest
+
+from gui.app.controller import Attach, Controller
+from gui.window import OperatorWindow
+from telepresence.teleop.drive_lease import PILOT, Account
+
+
+@pytest.fixture
+def open_window(qt, link, terminal, spin):
+    opened = []
+
+    def open_one(attach=Attach.AUTO):
+        window = OperatorWindow(terminal)
+        window.address.setText("192.168.1.10")
+        window.controller = Controller(window, link, terminal, attach)
+        window.controller.admit(Account("anna", PILOT))
+        window.show_on_screen()
+        opened.append(window)
+        spin(window.isActiveWindow, "the window is active")
+        return window
+
+    yield open_one
+    for window in opened:
+        window.close()
+        window.deleteLater()

@@ -1,0 +1,125 @@
+"""What Robot feed begins and ends besides the picture, and what the pilot says."""
+
+from fake_window_parts import RUNNING, begun
+from PyQt5.QtTest import QTest
+
+from gui.app.controller import Attach
+from gui.app.conversation import PERIOD
+from gui.ros.channels import Answer
+from gui.ros.readings import VoiceSettings
+
+
+def test_who_only_watches_neither_begins_nor_ends_the_conversation(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.lease.update(pilot="ben", window="/other")
+    link.become(**RUNNING)
+    for _ in range(2):
+        window.feedButton.click()
+        QTest.qWait(PERIOD + 50)
+    assert begun(link) == {}
+
+
+def test_signing_out_ends_the_conversation(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    window.feedButton.click()
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    window.controller.dismiss()
+    assert begun(link) == {"show_page": False, "conversation": False}
+
+
+def test_a_conversation_ends_when_somebody_else_has_the_robot_and_leaves_theirs_alone(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    window.feedButton.click()
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    link.report_lease(pilot="ben", window="/other")
+    assert begun(link) == {"show_page": False, "conversation": False}
+    link.called.clear()
+    for _ in range(2):
+        window.feedButton.click()
+        QTest.qWait(PERIOD + 50)
+    window.controller.dismiss()
+    assert begun(link) == {}, "what the new pilot has begun since then is theirs"
+
+
+def test_a_conversation_goes_on_when_the_robot_comes_back(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    window.feedButton.click()
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    link.called.clear()
+    link.report_lease(pilot="", window="")
+    link.report_lease(pilot="anna", window=link.node_name)
+    assert begun(link) == {}, "nobody else had it meanwhile"
+    link.report_lease(pilot="ben", window="/other")
+    link.called.clear()
+    link.report_lease(pilot="anna", window=link.node_name)
+    assert begun(link) == {}, "first the other pilot's window ends what it has begun"
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "then it goes on")
+
+
+def test_a_conversation_ends_for_somebody_whose_account_was_removed(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    window.feedButton.click()
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    link.report_lease(pilot="", window="")
+    link.slow.add("conversation")
+    window.controller.dismiss()
+    assert begun(link) == {"show_page": False, "conversation": False}
+    link.called.clear()
+    link.slow.clear()
+    link.waiting.pop()(Answer(False, "The program has died."))
+    spin(lambda: begun(link) == {"conversation": False}, "it is asked for again, though nobody is signed in")
+
+
+def test_a_conversation_that_does_not_end_is_said(open_window, link, spin, monkeypatch):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    window.feedButton.click()
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    monkeypatch.setattr("gui.app.conversation.PATIENCE", 0.2)
+    link.slow.add("conversation")
+    window.feedButton.click()
+    spin(lambda: "Not ended, for there is no answer: sound." in window.status.message, "it is said")
+
+
+def test_a_conversation_goes_on_with_the_programs_that_are_started_next(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    window.feedButton.click()
+    spin(lambda: len(begun(link)) == 2, "the conversation begins")
+    link.become(master=True, joined=True)
+    link.called.clear()
+    link.become(**RUNNING)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "it is begun again")
+
+
+def test_a_mute_in_vain_does_not_look_muted(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    button = window.sound.microphone
+    link.channel("voice_settings").arrived.emit(VoiceSettings(False, False, "auto", "auto", (), ()))
+    link.slow.add("mute_microphone")
+    button.click()
+    link.waiting.pop()(Answer(False, "No program offers it.", arrived=False))
+    assert not button.isChecked() and window.status.message == "No program offers it."
+    button.click()
+    assert link.called[-1] == ("mute_microphone", True)
+
+
+def test_a_sentence_that_nobody_hears_stays_in_its_field(open_window, link):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    panel = window.robotPanel
+    link.unheard.update(("say", "posture"))
+    panel.sentence.setText("May I come in?")
+    panel.say_button.click()
+    assert panel.sentence.text() == "May I come in?" and "No program listens to /speech" in panel._answer.text()
+    panel.posture.emit("crouch")
+    assert "No program of the robot takes postures" in panel._answer.text()
+    assert not [name for name, *_ in link.sent if name in ("say", "posture")]
+    link.unheard.clear()
+    panel.say_button.click()
+    assert ("say", "May I come in?") in link.sent and panel.sentence.text() == ""
