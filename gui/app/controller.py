@@ -87,6 +87,8 @@ class Controller(QObject):
         self.views.paint_more(self.looking.paint)
         self.faults = FaultWatch(link, self.access, window.video)
         self._drove = False
+        self._blocks: set[str] = set()
+        """What has forbidden driving since it was last allowed."""
         self._connect_parts()
         self._connect_buttons()
         self._connect_terminal()
@@ -225,10 +227,15 @@ class Controller(QObject):
         self._drove = self.access.mine
 
     def _on_block(self, before: str) -> None:
-        """Say that what forbade driving has passed where it was said, or where somebody holds a key in vain."""
-        shown = self._window.status.message
-        if not self.driving.mux.block and (self._window.pad.dropped or shown.startswith(before)):
-            self._advise()
+        """Say what forbids driving to somebody whose key it has let go of, and that it has passed where it was said."""
+        block, held = self.driving.mux.block, self._window.pad.dropped
+        self._blocks.add(before)
+        if block and held:
+            self._say(block, "warn")
+        elif not block:
+            if held or any(reason and self._window.status.message.startswith(reason) for reason in self._blocks):
+                self._advise()
+            self._blocks.clear()
 
     def _on_dropped(self) -> None:
         if self._window.status.message == PRESS_AGAIN:

@@ -63,7 +63,8 @@ class Conversation(QObject):
         self._parts = [part for part in parts if link.has(part.service)]
         self._wanted: bool | None = None
         self._since = 0.0
-        self._taken_at = -math.inf
+        self._ends_since: float | None = None
+        self._taken, self._taken_until = False, -math.inf
         self._reported = ""
         self._timer = PeriodicTimer(PERIOD, self._work, self)
         link.state_changed.connect(lambda state: self._work() if state.driver else self._forget())
@@ -72,16 +73,19 @@ class Conversation(QObject):
     @property
     def text(self) -> str:
         """What of the conversation is on, or does not end, as a sentence; empty when this window has begun none."""
-        if not self._parts:
-            return ""
-        if not self._wanted:
+        now = time.monotonic()
+        if self._ends_since is not None and now - self._ends_since > PATIENCE:
             left = [part.name for part in self._parts if part.begun and part.sign in self._link.found]
-            return f"Not ended, for there is no answer: {', '.join(left)}." if left and self._waited() else ""
-        done = [part.name for part in self._parts if part.done]
+            if left:
+                return f"Not ended, for there is no answer: {', '.join(left)}."
+        if not self._wanted or not self._parts:
+            return ""
+        done = [part.name for part in self._parts if part.done and not self._taken]
         missing = [part.name for part in self._parts if not part.done]
         sentence = f"Conversation: {', '.join(['the picture', *done])}."
         if missing and self._access.mine:
-            sentence += f" {'Not available:' if self._waited() else 'Waiting for'} {', '.join(missing)}."
+            waits = now - self._since < PATIENCE
+            sentence += f" {'Waiting for' if waits else 'Not available:'} {', '.join(missing)}."
         return sentence
 
     def want(self, wanted: bool) -> None:
@@ -95,57 +99,65 @@ class Conversation(QObject):
             self.want(False)
 
     def _forget(self) -> None:
-        """The programs have ended, and the next ones have to be asked anew."""
+        """The programs have ended, and the next ones have to be asked anew; or only the ROS master has, and they go on
+        with what was begun."""
         for part in self._parts:
             part.done = None
-            part.begun = part.begun and bool(self._wanted)  # what was to end has ended with them
         if self._wanted:
             self._since = time.monotonic()
         self._work()
 
-    def _waited(self) -> bool:
-        return time.monotonic() - self._since > PATIENCE
-
     def _work(self) -> None:
-        now, lease = time.monotonic(), self._access.state
-        taken = lease is not None and bool(lease.pilot) and not self._access.mine
-        if taken:
-            self._taken_at = now
+        now = time.monotonic()
+        self._notice_who_has_it(now)
         has_robot = self._link.state.driver and self._access.mine
-        settles = has_robot and now - self._taken_at < SETTLED
+        settles = has_robot and now - self._taken_until < SETTLED
         if self._wanted and (settles or not has_robot):
             self._since = now
-        waits = False
+        waits = ends = False
         for part in self._parts:
             if has_robot:
                 target = self._wanted
             else:
-                target = False if part.begun and (taken or not self._wanted) else None
+                target = False if part.begun and (self._taken or not self._wanted) else None
             if target is None or part.done is target:
                 continue
-            waits = waits or not target or not self._waited()
+            ends = ends or (part.begun and not target)
+            waits = waits or not target or now - self._since < PATIENCE
             if not part.asked and part.sign in self._link.found and not (target and settles):
                 self._ask(part, target)
+        if not ends:
+            self._ends_since = None
+        elif self._ends_since is None:
+            self._ends_since = now
         if waits:
             self._timer.start()
         else:
             self._timer.stop()
-        if not taken:  # who has the robot now is said elsewhere
-            self._report()
+        self._report()
+
+    def _notice_who_has_it(self, now: float) -> None:
+        lease = self._access.state
+        taken = lease is not None and bool(lease.pilot) and not self._access.mine
+        if self._taken and not taken:
+            self._taken_until = now
+        self._taken = taken
 
     def _report(self) -> None:
-        if self.text != self._reported:
-            self._reported = self.text
-            self.changed.emit()
+        text = self.text
+        if text != self._reported:
+            before, self._reported = self._reported, text
+            if not self._taken or "Not ended" in before + text:  # who has the robot now is said elsewhere
+                self.changed.emit()
 
     def _ask(self, part: _Part, wanted: bool) -> None:
-        part.asked = True
+        part.asked, part.done = True, None
         part.begun = part.begun or wanted
 
         def answered(answer: Answer) -> None:
             part.asked = False
             if answer.ok:
                 part.done, part.begun = wanted, wanted
-                self._report()
+                self._work()
 
         self._link.call(part.service, wanted, then=answered, patient=True, signed_out=not wanted)

@@ -107,9 +107,9 @@ class RobotTab(QObject):
 
     def close(self) -> None:
         """Stop the robot, and end what belongs to this window."""
-        self.capture.recorder.close()
         self.controller.dismiss()
         self.link.finish(ENDS_WITHIN)
+        self.capture.recorder.close()
 
 
 class Terminals:

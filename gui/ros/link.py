@@ -16,7 +16,7 @@ import numpy as np
 import rosgraph
 import roslib.message
 import rospy
-from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer, pyqtSignal
 from telepresence_ros.transforms import Transforms
 
 from gui.robots import Robot
@@ -63,7 +63,7 @@ class RosLink(QObject):
         self._publishers: dict[str, rospy.Publisher] = {}
         self._subscribers: dict[str, rospy.Subscriber] = {}
         self._unknown: set[str] = set()
-        self._endings: list[threading.Thread] = []
+        self._patient: list[threading.Thread] = []
         self._transforms = Transforms(robot.namespace, _subscribe_all)
         self._open = True
         self._found: frozenset[str] = frozenset()
@@ -202,14 +202,18 @@ class RosLink(QObject):
         work = lambda: self._answered.emit(settle, self._call(row, values))  # noqa: E731
         thread = threading.Thread(target=work, name=f"call-{name}", daemon=True)
         thread.start()
-        if signed_out:
-            self._endings = [one for one in self._endings if one.is_alive()] + [thread]
+        if patient:
+            self._patient = [one for one in self._patient if one.is_alive()] + [thread]
 
     def finish(self, timeout: float) -> None:
-        """Wait until what ends something has been heard, at most `timeout` seconds: the program may end then."""
+        """Wait until patient calls have ended, and what is called because of their answers: at most `timeout` seconds,
+        on Qt's thread, whose loop does not run any more."""
         deadline = time.monotonic() + timeout
-        for thread in self._endings:
-            thread.join(max(0.0, deadline - time.monotonic()))
+        while self._patient and time.monotonic() < deadline:
+            for thread in self._patient:
+                thread.join(max(0.0, deadline - time.monotonic()))
+            self._patient = [one for one in self._patient if one.is_alive()]
+            QCoreApplication.sendPostedEvents(None, QEvent.Type.MetaCall)
 
     def _call(self, row: Offered, values: tuple) -> Answer:
         """Make the call; on a thread of its own."""

@@ -21,13 +21,13 @@ class ServiceSwitch(QObject):
     """Turns a switch to what was wanted last: one call at a time, or a press could arrive after its release.
 
     What is `quiet`, such as a closed microphone, is asked for until the program has answered, also for somebody who has
-    signed out; the other position once, for nobody wants to be heard by surprise.
+    signed out; the other position once, for nobody wants to be heard by surprise, or as long as it is held.
 
     Args:
         link: The robot.
         name: The row of the robot's table.
-        repeat: [ms] after which what is not quiet is asked for again, for a program that ends it when nobody does;
-            0 for never.
+        repeat: [ms] after which what is not quiet is asked for again, because it is held, and the program ends it when
+            nobody asks any more; 0 for never.
     """
 
     answered = pyqtSignal(object)
@@ -62,9 +62,9 @@ class ServiceSwitch(QObject):
         self.late.emit(f"{self._link.service_name(self._name)} has not answered yet.")
 
     def _report(self, answer: Answer) -> None:
+        self._late.stop()
         if answer.ok or not self._told:
-            self._told = True
-            self._late.stop()
+            self._told = not answer.ok
             self.answered.emit(answer)
 
     def _call(self) -> None:
@@ -78,7 +78,7 @@ class ServiceSwitch(QObject):
                 return
             if quiet and not answer.arrived:
                 self._retry.start(RETRY)
-            elif not quiet and answer.ok and self._repeat:
+            elif not quiet and self._repeat and (answer.ok or not answer.arrived):
                 self._retry.start(self._repeat)
             self._report(answer)
 

@@ -177,6 +177,7 @@ class LeaseClient:
         if self._session:
             self.ask("leave", quiet=True)
         self.account = None
+        self._request_to_drive = RequestToDrive()
         self._session, self._join_problem = "", ""
         self._join_at = self._stop_owed_until = -math.inf
         self._changed()

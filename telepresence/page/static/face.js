@@ -76,7 +76,7 @@ export function start(page) {
   const face = new Face(say, () => show());
   const button = tool("camera", "camera_off", text("sound.camera_on"), () => {
     const why = hindrance(page, "face");
-    if (why) say(text(refusedBecause(why)));
+    if (why) say(text(refusedBecause("face", why)));
     else face.want(!face.wanted);
   });
   const own = document.createElement("video");

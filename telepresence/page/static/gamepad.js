@@ -93,8 +93,8 @@ export function start(page) {
   addEventListener("gamepaddisconnected", (event) => { if (event.gamepad.index === index) gone(); });
   setInterval(() => {
     for (const button of presses.look(connected())) {
-      if (button === B && page.me) page.ask("stop");
-      else page.emit("switch"); // not B: with the stop framed it would ask for the stop and reset it
+      if (button !== B) page.emit("switch"); // B would ask for the framed stop and reset it
+      else if (page.me) page.ask("stop");
     }
   }, LOOK);
   page.on("tick", () => {

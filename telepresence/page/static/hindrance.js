@@ -15,8 +15,8 @@ export function hindrance({ state, silent }, takes) {
   return state.sound[takes] ? "" : "program";
 }
 
-/** Name of what is said to somebody who wants to open a device all the same. @param {string} why a hindrance */
-export const refusedBecause = (why) => (why === "connection" ? "connection.none" : "sound.take_first");
-
-/** Name of the text for a device that was open until then. @param {"speak" | "face"} takes @param {string} why a hindrance */
+/** Name of the text for a device that is off for this reason. @param {"speak" | "face"} takes @param {string} why a hindrance */
 export const offBecause = (takes, why) => `sound.${DEVICES[takes]}_off_${why}`;
+
+/** Name of what is said to somebody who wants to open it all the same. @param {"speak" | "face"} takes @param {string} why a hindrance */
+export const refusedBecause = (takes, why) => (why === "connection" ? "connection.none" : why === "robot" ? "sound.take_first" : offBecause(takes, why));

@@ -15,7 +15,7 @@ let attempt = null;
 /** Whether somebody has signed out here and the station has not confirmed it. */
 export function isOwed() {
   try {
-    return localStorage.getItem(STORE) !== null;
+    return owedHere || localStorage.getItem(STORE) !== null;
   } catch {
     return owedHere;
   }
@@ -32,7 +32,11 @@ export function setOwed(owed) {
 
 /** Ask the station once. @returns {Promise<boolean>} whether nobody is signed in any more */
 export function signOut() {
-  attempt ??= post("leave", {}, AbortSignal.timeout(PATIENCE), true)
+  if (attempt) return attempt;
+  const given = new AbortController(); // AbortSignal.timeout is newer than some browsers
+  const timer = setTimeout(() => given.abort(), PATIENCE);
+  attempt = post("leave", {}, given.signal, true)
+    .finally(() => clearTimeout(timer))
     .then(() => true, (error) => error instanceof NotSignedIn) // it has ended, or nobody knows the cookie
     .then((done) => {
       attempt = null;

@@ -105,7 +105,7 @@ export function start(page) {
   tool("say", "say", text("sound.say"), () => { showSheet(true, "sound"); panel.sentence.focus(); });
 
   function toggle() {
-    if (!microphone.allowed) { say(text(refusedBecause(hindrance(page, "speak")))); return; }
+    if (!microphone.allowed) { say(text(refusedBecause("speak", hindrance(page, "speak")))); return; }
     microphone.opened = !microphone.opened;
     microphone.apply();
   }

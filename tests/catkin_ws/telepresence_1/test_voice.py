@@ -170,6 +170,7 @@ def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Call
         assert switch("talk", False).startswith("you: muted")
         for _ in range(2):
             switch("talk", True)
+        until_true(lambda: probe.newest("/voice/state")[0].startswith("you: talking"), "somebody holds it")
         until_true(
             lambda: probe.newest("/voice/state") == ["you: muted; robot: live"], "whoever held the button is gone"
         )

@@ -465,26 +465,26 @@ def test_the_robot_stands_at_once_when_the_cameras_program_is_killed(open_window
     QTest.keyRelease(window, Qt.Key_W)
 
 
-def test_a_key_that_outlasts_a_lost_lease_is_told_to_be_pressed_again(open_window, link, spin):
+@pytest.mark.parametrize("changes", [{"pilot": "", "window": ""}, {"stopped_by": "ben"}], ids=["lease", "red stop"])
+def test_a_key_that_outlasts_a_block_is_told_why_and_then_to_be_pressed_again(open_window, link, spin, changes):
     window = open_window(Attach.NEVER)
     link.become(**RUNNING)
     click(window.feedButton)
     link.picture.emit(picture())
     QTest.keyPress(window.pad, Qt.Key_W)
     spin(lambda: link.driven and link.driven[-1] != ZERO, "it drives")
-    for changes in ({"pilot": "", "window": ""}, {"stopped_by": "ben"}):
-        link.report_lease(**changes)
-        QTest.keyPress(window.pad, Qt.Key_W)
-        link.report_lease(pilot="anna", window=link.node_name, stopped_by="")
+    link.report_lease(**changes)
+    block = window.controller.driving.mux.block
+    assert block and window.status.message.startswith(block)
+
+    def says(sentence):
         link.picture.emit(picture())
-        spin(lambda: window.status.message == PRESS_AGAIN, "it may drive again")
-        QTest.keyRelease(window.pad, Qt.Key_W)
+        return window.status.message.startswith(sentence)
 
-        def ready():
-            link.picture.emit(picture())
-            return window.status.message.startswith("Ready")
-
-        spin(ready, "and then the keys drive")
+    link.report_lease(pilot="anna", window=link.node_name, stopped_by="")
+    spin(lambda: says(PRESS_AGAIN), "it may drive again")
+    QTest.keyRelease(window.pad, Qt.Key_W)
+    spin(lambda: says("Ready"), "and then the keys drive")
 
 
 def test_why_a_key_does_not_drive_stays_said_when_it_is_let_go(open_window, link, spin):

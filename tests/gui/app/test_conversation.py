@@ -85,6 +85,36 @@ def test_a_conversation_that_does_not_end_is_said(open_window, link, spin, monke
     spin(lambda: "Not ended, for there is no answer: sound." in window.status.message, "it is said")
 
 
+def test_a_begin_that_is_on_its_way_is_ended_when_it_has_arrived(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    for _ in range(2):
+        window.feedButton.click()
+    assert begun(link) == {"show_page": False, "conversation": False}
+    link.slow.add("conversation")
+    window.feedButton.click()
+    window.controller.dismiss()
+    assert begun(link) == {"show_page": False, "conversation": True}, "one call at a time"
+    link.slow.clear()
+    link.waiting.pop()(Answer(True))
+    assert begun(link) == {"show_page": False, "conversation": False}
+
+
+def test_a_conversation_outlives_the_master_and_ends_all_the_same(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    window.feedButton.click()
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    published, link.published = link.published, set()
+    link.become()
+    window.controller.dismiss()
+    link.become(master=True)
+    link.called.clear()
+    link.published = published
+    link.become(**RUNNING)
+    spin(lambda: begun(link) == {"show_page": False, "conversation": False}, "it ends with the next answer")
+
+
 def test_a_conversation_goes_on_with_the_programs_that_are_started_next(open_window, link, spin):
     window = open_window(Attach.NEVER)
     link.become(**RUNNING)

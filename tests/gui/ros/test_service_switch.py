@@ -98,10 +98,14 @@ def test_a_held_button_is_repeated_until_it_is_let_go(link, spin):
     assert asked(link) == [True] * 4 + [False]
 
 
-def test_a_held_button_that_fails_is_not_repeated(link):
-    switch = ServiceSwitch(link, TALK, False, link, repeat=10)
+def test_a_held_button_whose_program_dies_is_said_once_and_repeated(link, spin):
+    switch, answers = ServiceSwitch(link, TALK, False, link, repeat=10), []
+    switch.answered.connect(answers.append)
     link.slow.add(TALK)
     switch.turn(True)
-    link.waiting.pop()(GONE)
-    QTest.qWait(50)
-    assert asked(link) == [True]
+    for answer in (Answer(True), GONE, GONE, Answer(True), GONE):
+        spin(lambda: link.waiting, "it is asked for")
+        link.waiting.pop()(answer)
+    assert answers == [Answer(True), GONE, Answer(True), GONE]
+    switch.turn(False)
+    assert asked(link)[-1] is False

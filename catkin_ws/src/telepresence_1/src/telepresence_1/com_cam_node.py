@@ -235,15 +235,14 @@ class ComCam:
         return f"{text}; without the robot's focus: {link.focus.problem}" if link.focus.problem else text
 
     def _arrange(self) -> None:
-        """Show the page for whoever wants it: this machine's pilot, or one elsewhere whose face comes. The latter's
-        end must not put this machine's camera on the tablet in its place."""
+        """Show the page for whoever wants it: this machine's pilot, or one elsewhere whose face comes. Where this
+        machine's does not, its camera is kept back as long as the page may be on the tablet."""
         with self._arranging:
             if self._closed:
                 return
             face, link = self.camera.shows_elsewhere, self.link
-            left = self.camera.elsewhere_stays and link.may_be_there
-            self.camera.elsewhere_stays = not self._own and (face or left)
-            if left and not face:
+            self.camera.elsewhere_stays = not self._own and (face or link.may_be_there)
+            if self.camera.elsewhere_stays and not face:
                 self.camera.show_off()
             wanted = self._own or face
             if (wanted or link.may_be_there) and not self._linked:

@@ -189,10 +189,10 @@ class TabletLink:
             self.problem = ""
             log.info("the tablet shows %s", public(self.url))
 
-    def _displayed(self) -> bool | None:
+    def _displayed(self, timeout: float = LOAD_TIMEOUT) -> bool | None:
         """Return whether the tablet displays its web view; None when it does not say."""
         try:
-            scale = number(self._ask("getOnTouchScaleFactor"), "getOnTouchScaleFactor")
+            scale = number(self._ask("getOnTouchScaleFactor", timeout=timeout), "getOnTouchScaleFactor")
         except CallRefused as error:
             log.debug("the tablet does not say what it shows: %s", error)
             return None
@@ -205,7 +205,7 @@ class TabletLink:
         if self.may_be_there:
             try:
                 hidden = self._connection.call("ALTabletService", "hideWebview", timeout=HIDE_TIMEOUT)
-                self.may_be_there = hidden is False and self._displayed() is not False
+                self.may_be_there = hidden is False and self._displayed(HIDE_TIMEOUT) is not False
             except RobotError as error:
                 log.warning("the page may stay on the tablet: %s", error)
             if not self.may_be_there:
@@ -218,8 +218,8 @@ class TabletLink:
         if self._ask(method, *arguments) is False:
             raise CallRefused(f"ALTabletService.{method} answered false: the tablet is not ready")
 
-    def _ask(self, method: str, *arguments: Any) -> Any:
-        return self._connection.call("ALTabletService", method, *arguments, timeout=LOAD_TIMEOUT)
+    def _ask(self, method: str, *arguments: Any, timeout: float = LOAD_TIMEOUT) -> Any:
+        return self._connection.call("ALTabletService", method, *arguments, timeout=timeout)
 
     def _not_shown(self, problem: str, quiet: bool = False) -> None:
         self.shown_since = None
