@@ -123,7 +123,7 @@ class Conversation(QObject):
             if target is None or part.done is target:
                 continue
             ends = ends or (part.begun and not target)
-            waits = waits or not target or now - self._since < PATIENCE
+            waits = waits or ends or now - self._since < PATIENCE
             if not part.asked and part.sign in self._link.found and not (target and settles):
                 self._ask(part, target)
         if not ends:
@@ -134,6 +134,7 @@ class Conversation(QObject):
             self._timer.start()
         else:
             self._timer.stop()
+            self._wanted = self._wanted or None  # what is to end has ended; programs that come later are not meant
         self._report()
 
     def _notice_who_has_it(self, now: float) -> None:

@@ -153,3 +153,16 @@ def test_a_sentence_that_nobody_hears_stays_in_its_field(open_window, link):
     link.unheard.clear()
     panel.say_button.click()
     assert ("say", "May I come in?") in link.sent and panel.sentence.text() == ""
+
+
+def test_programs_that_are_started_after_an_end_begin_as_they_are_told(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    for _ in range(2):
+        window.feedButton.click()
+    assert begun(link) == {"show_page": False, "conversation": False}
+    link.become(master=True, joined=True)
+    link.called.clear()
+    link.become(**RUNNING)
+    QTest.qWait(PERIOD + 50)
+    assert begun(link) == {}
