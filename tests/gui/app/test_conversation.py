@@ -1,5 +1,6 @@
 """What Robot feed begins and ends besides the picture, and what the pilot says."""
 
+import pytest
 from fake_window_parts import RUNNING, begun
 from PyQt5.QtTest import QTest
 
@@ -7,6 +8,16 @@ from gui.app.controller import Attach
 from gui.app.conversation import PERIOD
 from gui.ros.channels import Answer
 from gui.ros.readings import VoiceSettings
+
+
+@pytest.fixture
+def talking(open_window, link, spin):
+    """A window that has begun a conversation."""
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    window.feedButton.click()
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+    return window
 
 
 def test_who_only_watches_neither_begins_nor_ends_the_conversation(open_window, link):
@@ -19,35 +30,23 @@ def test_who_only_watches_neither_begins_nor_ends_the_conversation(open_window, 
     assert begun(link) == {}
 
 
-def test_signing_out_ends_the_conversation(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    window.feedButton.click()
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
-    window.controller.dismiss()
+def test_signing_out_ends_the_conversation(talking, link):
+    talking.controller.dismiss()
     assert begun(link) == {"show_page": False, "conversation": False}
 
 
-def test_a_conversation_ends_when_somebody_else_has_the_robot_and_leaves_theirs_alone(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    window.feedButton.click()
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+def test_a_conversation_ends_when_somebody_else_has_the_robot_and_leaves_theirs_alone(talking, link):
     link.report_lease(pilot="ben", window="/other")
     assert begun(link) == {"show_page": False, "conversation": False}
     link.called.clear()
     for _ in range(2):
-        window.feedButton.click()
+        talking.feedButton.click()
         QTest.qWait(PERIOD + 50)
-    window.controller.dismiss()
+    talking.controller.dismiss()
     assert begun(link) == {}, "what the new pilot has begun since then is theirs"
 
 
-def test_a_conversation_goes_on_when_the_robot_comes_back(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    window.feedButton.click()
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+def test_a_conversation_goes_on_when_the_robot_comes_back(talking, link, spin):
     link.called.clear()
     link.report_lease(pilot="", window="")
     link.report_lease(pilot="anna", window=link.node_name)
@@ -59,14 +58,10 @@ def test_a_conversation_goes_on_when_the_robot_comes_back(open_window, link, spi
     spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "then it goes on")
 
 
-def test_a_conversation_ends_for_somebody_whose_account_was_removed(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    window.feedButton.click()
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+def test_a_conversation_ends_for_somebody_whose_account_was_removed(talking, link, spin):
     link.report_lease(pilot="", window="")
     link.slow.add("conversation")
-    window.controller.dismiss()
+    talking.controller.dismiss()
     assert begun(link) == {"show_page": False, "conversation": False}
     link.called.clear()
     link.slow.clear()
@@ -74,40 +69,37 @@ def test_a_conversation_ends_for_somebody_whose_account_was_removed(open_window,
     spin(lambda: begun(link) == {"conversation": False}, "it is asked for again, though nobody is signed in")
 
 
-def test_a_conversation_that_does_not_end_is_said(open_window, link, spin, monkeypatch):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    window.feedButton.click()
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+def test_a_conversation_that_does_not_end_is_said(talking, link, spin, monkeypatch):
     monkeypatch.setattr("gui.app.conversation.PATIENCE", 0.2)
     link.slow.add("conversation")
-    window.feedButton.click()
-    spin(lambda: "Not ended, for there is no answer: sound." in window.status.message, "it is said")
+    talking.feedButton.click()
+    spin(lambda: "Not ended, for there is no answer: sound." in talking.status.message, "it is said")
 
 
-def test_a_begin_that_is_on_its_way_is_ended_when_it_has_arrived(open_window, link, spin):
+@pytest.mark.parametrize("end", ["Robot feed", "signing out"])
+def test_a_begin_that_is_on_its_way_is_ended_when_it_has_arrived(open_window, link, end):
     window = open_window(Attach.NEVER)
     link.become(**RUNNING)
     for _ in range(2):
         window.feedButton.click()
     assert begun(link) == {"show_page": False, "conversation": False}
-    link.slow.add("conversation")
+    link.slow.update(("show_page", "conversation"))
     window.feedButton.click()
-    window.controller.dismiss()
-    assert begun(link) == {"show_page": False, "conversation": True}, "one call at a time"
+    if end == "Robot feed":
+        window.feedButton.click()
+    else:
+        window.controller.dismiss()
+    assert begun(link) == {"show_page": True, "conversation": True}, "one call at a time"
     link.slow.clear()
-    link.waiting.pop()(Answer(True))
+    for answered in link.waiting:
+        answered(Answer(True))
     assert begun(link) == {"show_page": False, "conversation": False}
 
 
-def test_a_conversation_outlives_the_master_and_ends_all_the_same(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    window.feedButton.click()
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the conversation begins")
+def test_a_conversation_outlives_the_master_and_ends_all_the_same(talking, link, spin):
     published, link.published = link.published, set()
     link.become()
-    window.controller.dismiss()
+    talking.controller.dismiss()
     link.become(master=True)
     link.called.clear()
     link.published = published
