@@ -38,6 +38,8 @@ WatchdogSec={watchdog:g}
 WatchdogSignal=SIGKILL
 Restart=always
 RestartSec=0.1
+# Short of memory, Linux kills one program, which starts again: no reason to end the others.
+OOMPolicy=continue
 # So that commands overtake other programs on a busy machine (docs/faults.md).
 LimitRTPRIO=5
 # Every program of the station gets SIGTERM, so that each driver stops its robot, then SIGKILL.

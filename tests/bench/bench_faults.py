@@ -54,12 +54,15 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--link-times", type=int, default=25, metavar="N", help="repetitions of each fault of the link; default 25"
     )
+    parser.add_argument("--service", action="store_true", help="systemd keeps the station: ./stack service")
     parser.add_argument("--load", action="store_true", help="other programs keep every processor busy")
     parser.add_argument("--list", action="store_true", help="bring up the station, print its processes, end")
     parser.add_argument("--json", type=Path, metavar="FILE", help="every fault and every row, written as it goes")
     parser.add_argument("--traces", type=Path, metavar="FOLDER", help="where the robot was, a table for every fault")
     parser.add_argument("--show", type=Path, nargs="+", metavar="FILE", help="print the table of these JSON files")
     arguments = parser.parse_args(argv)
+    if arguments.service and "terminal" in (arguments.by or ()):
+        parser.error("--service: what systemd starts has no terminal")
     if arguments.traces:
         arguments.traces.mkdir(parents=True, exist_ok=True)
     if arguments.quick:
@@ -82,7 +85,8 @@ def main(argv: list[str]) -> int:
             words = [sys.executable, "-c", "while True: pass"]
             hogs += [processes.start(words, tied=True) for _ in range(os.cpu_count() or 1)]
         for kind in arguments.robot or STATIONS:
-            for by in (arguments.by or WAYS) if "processes" in (arguments.part or PARTS) else ():
+            ways = [by for by in arguments.by or WAYS if not (arguments.service and by == "terminal")]
+            for by in ways if "processes" in (arguments.part or PARTS) else ():
                 bench.sweep(kind, by)
         for kind in arguments.robot or STATIONS:
             if kind != "both" and "link" in (arguments.part or PARTS):
@@ -190,7 +194,7 @@ class Bench:
     def _bring_up(self, kind: str, by: str) -> None:
         self._take_down()
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
-        self._station = station = Station(kind, by, folder)
+        self._station = station = Station(kind, by, folder, self.arguments.service)
         station.wait_ready()
         for robot in station.robots:
             topic = TopicPilot(station.environment, robot.command, robot.speed)

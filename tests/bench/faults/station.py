@@ -11,7 +11,7 @@ import subprocess
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -23,6 +23,7 @@ from telepresence_ros.pseudo_terminal import Terminal
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers, master_proxy
 
+from .service import Service
 from .topics import CALLER, TopicReader
 from .trace import Sample
 from .victims import frozen, victims
@@ -32,6 +33,8 @@ UP_TIMEOUT = 90.0
 SILENCE = 0.5
 LEAVE = 5.0
 """What a killed station leaves behind may take so long to end by itself [s]."""
+MANAGER = ("systemd", "(sd-pam)")
+"""What systemd itself runs in the place of a person."""
 ORDINARY = {"clear", "limited", "blocked", "no command"}
 """States of the gate that say nothing about a fault while a key is held or has just been released."""
 
@@ -180,11 +183,12 @@ class Station:
         kind: One of STATIONS.
         by: `window`, `terminal` or `topic`.
         folder: For what it writes.
+        service: systemd starts it, from the unit that `./stack service` prints.
     Raises:
         RuntimeError: It does not come up.
     """
 
-    def __init__(self, kind: str, by: str, folder: Path) -> None:
+    def __init__(self, kind: str, by: str, folder: Path, service: bool = False) -> None:
         self.kind, self.by, self.robots = kind, by, STATIONS[kind]
         self.master = f"http://127.0.0.1:{free_port()}"
         self.environment = {
@@ -206,9 +210,15 @@ class Station:
         if by == "window":
             settings["gui_options"] = "--tell"
         settled = (f"{name}:={value}" for name, value in settings.items())
-        words = [str(ROOT / "stack"), "up", "--verbose", kind, *settled]
+        arguments = [kind, *settled]
+        words = [str(ROOT / "stack"), "up", "--verbose", *arguments]
         self.terminal: Terminal | None = None
-        if by == "terminal":
+        self._service: Service | None = None
+        if service:
+            self._service = Service(arguments, self.environment, folder)
+            self.process = self._service.manager
+            self._read_from(self._service.output)
+        elif by == "terminal":
             self.terminal = Terminal(*words, env=self.environment)
             self.process = self.terminal.process
         else:
@@ -216,7 +226,8 @@ class Station:
                 words, tied=True, env=self.environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT, text=True, errors="replace",
             )  # fmt: skip
-            threading.Thread(target=self._read, name="station-output", daemon=True).start()
+            assert self.process.stdout is not None
+            self._read_from(self.process.stdout)
         self.truths = {robot.name: Truth(self.master, robot.truth) for robot in self.robots}
         self._readers = [TopicReader(self.master, "/station/faults", self.sayings.fault)]
         for robot in self.robots:
@@ -227,11 +238,23 @@ class Station:
         self.names: set[str] = set()
         self._seen: set[int] = set()
 
-    def _read(self) -> None:
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            self.output.add(line)
-            self.sayings.window(line)
+    def _read_from(self, lines: Iterable[str]) -> None:
+        def read() -> None:
+            for line in lines:
+                self.output.add(line)
+                self.sayings.window(line)
+
+        threading.Thread(target=read, name="station-output", daemon=True).start()
+
+    @property
+    def label(self) -> str:
+        """What its rows are called."""
+        return f"{self.kind}, service" if self.supervised else self.kind
+
+    @property
+    def supervised(self) -> bool:
+        """Whether systemd keeps it."""
+        return self._service is not None
 
     @property
     def running(self) -> bool:
@@ -240,7 +263,7 @@ class Station:
     @property
     def display(self) -> dict[str, str]:
         """The environment of the station's virtual display."""
-        for pid in victims(self.process.pid).values():
+        for pid in self.victims().values():
             words = Path(f"/proc/{pid}/cmdline").read_bytes().decode(errors="replace").split("\0")
             if self.output.display and words[0] == "Xvfb":
                 folder = Path(words[words.index("-fbdir") + 1])
@@ -250,6 +273,8 @@ class Station:
     def victims(self) -> dict[str, int]:
         """Its processes by name. Those that it leaves behind when it is killed are remembered and ended by `close`."""
         found = victims(self.process.pid)
+        for name in MANAGER if self.supervised else ():
+            found.pop(name, None)
         self._seen |= {*found.values()}
         return found
 
@@ -305,7 +330,9 @@ class Station:
                 processes.send(pid, signal.SIGCONT)
         for reader in (*self._readers, *self.truths.values()):
             reader.close()
-        if self.terminal is not None:
+        if self._service is not None:
+            self._service.close()
+        elif self.terminal is not None:
             self.terminal.close()
         else:
             processes.end(self.process, patience=15.0)

@@ -26,8 +26,9 @@ UNDER_WAY = 0.8
 STEADY = 0.5
 """It drives for so long at least before the fault [s]."""
 START_TIMEOUT = 15.0
-GOES_ON = 2.0
-"""A robot that has not come to rest for so long after the fault goes on, and its key is let go [s]."""
+GOES_ON, SUPERVISED_GOES_ON = 2.0, 4.0
+"""A robot that has not come to rest for so long after the fault goes on, and its key is let go [s]. systemd waits two
+seconds for a station that is frozen, and then ends it."""
 REST_TIMEOUT = 4.0
 """After the release [s]."""
 HELD = 1.0
@@ -146,7 +147,7 @@ def start_driving(run: Run) -> None:
 def strike(run: Run, victim: str, pid: int, fault: str) -> Outcome:
     """Kill or freeze a process while the robot drives, and say what came of it; with NOBODY, do neither. Raises
     NotReady."""
-    outcome = Outcome(run.station.kind, run.robot.name, run.station.by, victim, fault)
+    outcome = Outcome(run.station.label, run.robot.name, run.station.by, victim, fault)
     start_driving(run)
     began = time.monotonic()
     if victim != NOBODY:
@@ -176,7 +177,7 @@ def _watch(run: Run, outcome: Outcome, began: float) -> None:
         return rest_time(run.trace(began), began)
 
     truth = run.station.truths[run.robot.name]
-    wait(lambda: rest() is not None or truth.silent, GOES_ON)
+    wait(lambda: rest() is not None or truth.silent, SUPERVISED_GOES_ON if run.station.supervised else GOES_ON)
     outcome.rest = rest()
     rested = began + (outcome.rest or 0.0)
     if outcome.rest is None and truth.silent:
