@@ -25,7 +25,7 @@ from gui.app.authorization import Authorization
 from gui.app.capture import default_folder
 from gui.app.controller import Attach
 from gui.app.gc_on_qt_thread import GcOnQtThread
-from gui.app.robot_tab import RobotTab, Terminals
+from gui.app.robot_tab import RobotTab, Terminals, bring_to_front, hand_on_conversations
 from gui.app.shortcuts import add_shortcuts
 from gui.app.tabs import RobotTabs
 from gui.app.unexpected import UnexpectedErrors
@@ -144,8 +144,9 @@ def one_window(tabs: list[RobotTab], settings: Settings) -> tuple[OperatorWindow
     if len(tabs) == 1:
         return tabs[0].window, lambda: tabs[0]
     window = RobotTabs([(tab.title, tab.window) for tab in tabs])
-    window.changed.connect(lambda chosen: _bring_to_front(tabs, chosen))
-    _bring_to_front(tabs, 0)
+    hand_on_conversations(tabs)
+    window.changed.connect(lambda chosen: bring_to_front(tabs, chosen))
+    bring_to_front(tabs, 0)
     names = [tab.link.robot.name for tab in tabs]
     last = settings.text("tab")
     window.choose(names.index(last) if last in names else 0)
@@ -335,11 +336,6 @@ def leave(code: int) -> NoReturn:
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
-
-
-def _bring_to_front(tabs: list[RobotTab], chosen: int) -> None:
-    for index, tab in enumerate(tabs):
-        tab.set_in_front(index == chosen)
 
 
 def _print_message(title: str, text: str, level: str) -> None:

@@ -196,7 +196,8 @@ class Controller(QObject):
         self._advise()
 
     def _on_feed_click(self, wanted: bool) -> None:
-        """Begin or end the conversation. Only a click does: a tab that comes to the front merely shows its picture."""
+        """Begin or end the conversation. Only a click does: a tab that comes to the front shows its picture, and goes
+        on with a conversation that there was with another robot."""
         self.keys.give_to_window()
         self.conversation.want(wanted)
         if wanted:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from functools import partial
 from typing import TYPE_CHECKING
 
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -14,6 +15,7 @@ from gui.ros.channels import Answer
 if TYPE_CHECKING:
     from gui.driving.drive_access import DriveAccess
     from gui.ros.link import RosLink
+    from gui.ros.readings import PageState, VoiceState
 
 PERIOD = 500  # ms
 PATIENCE = 30.0
@@ -37,6 +39,8 @@ class _Part:
         self.asked = False
         self.begun = False
         """Whether this window has asked the robot's programs to begin it, and they have not confirmed its end."""
+        self.on = False
+        """What the robot's programs say about it, whoever has begun it."""
 
 
 class Conversation(QObject):
@@ -45,6 +49,9 @@ class Conversation(QObject):
     else's hands, and when nobody is signed in any more: a camera and a microphone do not stay with a robot that others
     have. Programs that are started anew are asked again.
 
+    Of several robots in one window only the one in front hears and shows the pilot: whoever turns to another robot
+    turns to the people there.
+
     Args:
         link: The robot.
         access: Whether this window has it.
@@ -52,6 +59,8 @@ class Conversation(QObject):
 
     changed = pyqtSignal()
     """`text` has changed."""
+    handed_on = pyqtSignal()
+    """It has been ended because another robot came to the front, where it is to go on."""
 
     def __init__(self, link: RosLink, access: DriveAccess) -> None:
         super().__init__(link)
@@ -62,6 +71,7 @@ class Conversation(QObject):
         )
         self._parts = [part for part in parts if link.has(part.service)]
         self._wanted: bool | None = None
+        self._in_front = True
         self._since = 0.0
         self._ends_since: float | None = None
         self._taken, self._taken_until = False, -math.inf
@@ -69,6 +79,13 @@ class Conversation(QObject):
         self._timer = PeriodicTimer(PERIOD, self._work, self)
         link.state_changed.connect(lambda state: self._work() if state.driver else self._forget())
         access.changed.connect(self._work)
+        for part in self._parts:
+            link.channel(part.sign).arrived.connect(partial(self._receive, part))
+
+    @property
+    def on(self) -> bool:
+        """Whether there is one: this window wants it, or the programs have begun it and nobody has ended it here."""
+        return bool(self._wanted) or (self._wanted is None and any(part.on for part in self._parts))
 
     @property
     def text(self) -> str:
@@ -93,6 +110,11 @@ class Conversation(QObject):
         self._wanted, self._since = wanted, time.monotonic()
         self._work()
 
+    def set_in_front(self, in_front: bool) -> None:
+        """Of several robots in this window, this is the one in front, or another one is."""
+        self._in_front = in_front
+        self._work()
+
     def leave(self) -> None:
         """End what this window has begun, because nobody is signed in here any more."""
         if self._wanted:
@@ -110,6 +132,7 @@ class Conversation(QObject):
     def _work(self) -> None:
         now = time.monotonic()
         self._notice_who_has_it(now)
+        self._hand_on()
         has_robot = self._link.state.driver and self._access.mine
         settles = has_robot and now - self._taken_until < SETTLED
         if self._wanted and (settles or not has_robot):
@@ -137,6 +160,19 @@ class Conversation(QObject):
             self._wanted = self._wanted or None  # what is to end has ended; programs that come later are not meant
         self._report()
 
+    def _hand_on(self) -> None:
+        """End it when another robot is in front. What the robot's programs have begun by themselves is the pilot's,
+        too, unless somebody else has the robot."""
+        if self._in_front or not self.on or not (self._wanted or (self._link.state.driver and self._access.mine)):
+            return
+        self._wanted, self._since = False, time.monotonic()
+        self.handed_on.emit()
+
+    def _receive(self, part: _Part, state: PageState | VoiceState) -> None:
+        if state.on != part.on:
+            part.on = state.on
+            self._work()
+
     def _notice_who_has_it(self, now: float) -> None:
         lease = self._access.state
         taken = lease is not None and bool(lease.pilot) and not self._access.mine
@@ -158,7 +194,7 @@ class Conversation(QObject):
         def answered(answer: Answer) -> None:
             part.asked = False
             if answer.ok:
-                part.done, part.begun = wanted, wanted
+                part.done = part.begun = part.on = wanted
                 self._work()
 
         self._link.call(part.service, wanted, then=answered, patient=True, signed_out=not wanted)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from functools import partial
 
 from PyQt5.QtCore import QObject
 
@@ -57,13 +59,14 @@ class RobotTab(QObject):
         self.capture = Capture(self.window, self.link, arguments.folder)
         self.capture.said.connect(self.window.status.say)
         node.trouble.connect(self.link.trouble)
-        self._in_front, self._had_feed = True, False
+        self.in_front, self._had_feed = True, False
         self.window.feedButton.toggled.connect(self._on_feed)
 
     def set_in_front(self, in_front: bool) -> None:
-        """Drive and show this robot, or stop doing so: only the one in front is driven and seen. Its programs and its
-        terminal keep running."""
-        self._in_front = in_front
+        """Drive this robot, show it and talk there, or stop doing so: only the one in front is driven, seen and heard.
+        Its programs and its terminal keep running."""
+        self.in_front = in_front
+        self.controller.conversation.set_in_front(in_front)
         self.controller.driving.set_away("" if in_front else AWAY)
         feed = self.window.feedButton
         if in_front:
@@ -74,7 +77,7 @@ class RobotTab(QObject):
 
     def _on_feed(self, wanted: bool) -> None:
         """Ask for no pictures that nobody sees, even when the robot's programs are found while it is not in front."""
-        if wanted and not self._in_front:
+        if wanted and not self.in_front:
             self._had_feed = True
             self.window.feedButton.setChecked(False)
 
@@ -110,6 +113,28 @@ class RobotTab(QObject):
         self.controller.dismiss()
         self.link.finish(ENDS_WITHIN)
         self.capture.recorder.close()
+
+
+def bring_to_front(tabs: Sequence[RobotTab], chosen: int) -> None:
+    """Drive, show and talk through one of the robots only."""
+    tabs[chosen].set_in_front(True)  # first: conversations are handed on to it
+    for tab in tabs:
+        if tab is not tabs[chosen]:
+            tab.set_in_front(False)
+
+
+def hand_on_conversations(tabs: Sequence[RobotTab]) -> None:
+    """Let a conversation go on with the robot that comes to the front. Who had muted the microphone stays muted."""
+
+    def go_on(left: RobotTab) -> None:
+        front = next(tab for tab in tabs if tab.in_front)
+        if left.window.sound.microphone.isChecked():
+            front.window.sound.mute_microphone.emit(True)
+        if not front.controller.conversation.on:
+            front.controller.conversation.want(True)
+
+    for tab in tabs:
+        tab.controller.conversation.handed_on.connect(partial(go_on, tab))
 
 
 class Terminals:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from telepresence.audio.voice_state import NO_CONVERSATION
 from telepresence.teleop.robot_readings import SECTORS, Battery, BodyState, CameraView, Lens, Safety
 
 __all__ = [
@@ -124,10 +125,12 @@ class DriveState:
 
 @dataclass(frozen=True)
 class PageState:
-    """The state of the program that serves the tablet's page, and the address of the page."""
+    """The state of the program that serves the tablet's page, the address of the page, and whether the tablet shall
+    show it."""
 
     text: str
     page: str
+    on: bool
     arrived: float
 
 
@@ -155,6 +158,11 @@ class VoiceState:
 
     text: str
     arrived: float
+
+    @property
+    def on(self) -> bool:
+        """Whether there is a conversation."""
+        return self.text != NO_CONVERSATION
 
 
 @dataclass(frozen=True)

@@ -172,7 +172,8 @@ def read_posture_result(message: Any, arrived: float) -> PostureResult:
 def read_page_state(message: Any, arrived: float) -> PageState:
     """Convert the diagnostic_msgs/DiagnosticStatus of com_cam/status."""
     values = {pair.key: pair.value for pair in message.values}
-    return PageState(clean(message.message), clean(values.get("page", "")), arrived)
+    wanted = values.get("wanted on tablet") == "True"
+    return PageState(clean(message.message), clean(values.get("page", "")), wanted, arrived)
 
 
 def common() -> tuple[Incoming, ...]:

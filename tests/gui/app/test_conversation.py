@@ -1,13 +1,16 @@
 """What Robot feed begins and ends besides the picture, and what the pilot says."""
 
+import time
+
 import pytest
 from fake_window_parts import RUNNING, begun
-from PyQt5.QtTest import QTest
+from PyQt5.QtTest import QSignalSpy, QTest
 
 from gui.app.controller import Attach
 from gui.app.conversation import PERIOD
 from gui.ros.channels import Answer
-from gui.ros.readings import VoiceSettings
+from gui.ros.readings import VoiceSettings, VoiceState
+from telepresence.audio.voice_state import NO_CONVERSATION
 
 
 @pytest.fixture
@@ -158,3 +161,39 @@ def test_programs_that_are_started_after_an_end_begin_as_they_are_told(open_wind
     link.become(**RUNNING)
     QTest.qWait(PERIOD + 50)
     assert begun(link) == {}
+
+
+def test_a_conversation_ends_when_another_robot_comes_to_the_front(talking, link):
+    handed_on = QSignalSpy(talking.controller.conversation.handed_on)
+    talking.controller.conversation.set_in_front(False)
+    assert begun(link) == {"show_page": False, "conversation": False} and len(handed_on) == 1
+    link.called.clear()
+    talking.controller.conversation.set_in_front(True)
+    assert begun(link) == {}, "it begins when it is handed on to this robot, and not by the tab alone"
+
+
+def test_what_the_programs_have_begun_ends_when_another_robot_is_in_front(open_window, link):
+    window = open_window(Attach.NEVER)
+    handed_on = QSignalSpy(window.controller.conversation.handed_on)
+    window.controller.conversation.set_in_front(False)
+    link.become(**RUNNING)
+    say_sound(link, "you: live; robot: live")
+    assert begun(link)["conversation"] is False and len(handed_on) == 1
+
+
+@pytest.mark.parametrize("who", ["nobody talks", "another pilot has the robot"])
+def test_no_conversation_of_this_window_is_handed_on(open_window, link, who):
+    window = open_window(Attach.NEVER)
+    handed_on = QSignalSpy(window.controller.conversation.handed_on)
+    link.become(**RUNNING)
+    if who == "nobody talks":
+        say_sound(link, NO_CONVERSATION)
+    else:
+        link.report_lease(pilot="ben", window="/other")
+        say_sound(link, "you: live; robot: live")
+    window.controller.conversation.set_in_front(False)
+    assert begun(link) == {} and len(handed_on) == 0
+
+
+def say_sound(link, text):
+    link.channel("voice_state").arrived.emit(VoiceState(text, time.monotonic()))

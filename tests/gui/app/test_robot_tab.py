@@ -3,9 +3,10 @@
 import argparse
 
 import pytest
+from PyQt5.QtTest import QSignalSpy
 
 from gui.app.controller import Attach
-from gui.app.robot_tab import RobotTab
+from gui.app.robot_tab import RobotTab, bring_to_front, hand_on_conversations
 from gui.robots import ROBOTS
 from gui.ros.node import RosNode
 from gui.settings import Settings
@@ -35,3 +36,26 @@ def test_the_choice_of_the_careful_scan_is_remembered(make_tab, tmp_path, choice
     first.save(settings)
     settings.close()
     assert make_tab(Settings(tmp_path / "window.ini")).window.gate.careful_choice is choice
+
+
+@pytest.mark.parametrize("muted", [True, False])
+def test_a_conversation_goes_on_with_the_robot_in_front_and_who_was_muted_stays_muted(make_tab, tmp_path, muted):
+    tabs = [make_tab(Settings(tmp_path / f"{index}.ini")) for index in range(2)]
+    mutes = QSignalSpy(tabs[1].window.sound.mute_microphone)
+    hand_on_conversations(tabs)
+    bring_to_front(tabs, 0)
+    tabs[0].controller.conversation.want(True)
+    tabs[0].window.sound.microphone.setChecked(muted)
+    bring_to_front(tabs, 1)
+    assert [tab.controller.conversation.on for tab in tabs] == [False, True]
+    assert list(mutes) == ([[True]] if muted else [])
+    bring_to_front(tabs, 0)
+    assert [tab.controller.conversation.on for tab in tabs] == [True, False]
+
+
+def test_no_conversation_begins_because_a_robot_comes_to_the_front(make_tab, tmp_path):
+    tabs = [make_tab(Settings(tmp_path / f"{index}.ini")) for index in range(2)]
+    hand_on_conversations(tabs)
+    for index in (0, 1, 0):
+        bring_to_front(tabs, index)
+        assert not any(tab.controller.conversation.on for tab in tabs)

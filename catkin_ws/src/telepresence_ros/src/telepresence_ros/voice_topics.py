@@ -30,6 +30,7 @@ from telepresence_msgs.msg import Sound, VoiceSettings
 
 from telepresence.audio import devices
 from telepresence.audio.pipeline import SILENCE
+from telepresence.audio.voice_state import NO_CONVERSATION
 from telepresence.security.outside_text import clean
 from telepresence_ros.kept_state import KeptState
 
@@ -166,7 +167,7 @@ class VoiceTopics:
 
     def _text(self) -> str:
         if not self._conversation:
-            return "no conversation"
+            return NO_CONVERSATION
         pilot, robot = self._voice.describe()
         if pilot == "live" and (self._talking or self._muted):
             pilot = "talking" if self._talking else "muted"
