@@ -10,9 +10,13 @@ import fcntl
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
+
+TAKE_TIMEOUT = 1.0
+"""Seconds in which a folder that nobody owns is taken over."""
 
 
 def nothing(folder: Path) -> None:
@@ -25,14 +29,20 @@ class TemporaryFolder:
     Args:
         prefix: Of its name, one for each kind of folder. Those of this kind whose owners were killed are removed.
         elsewhere: Removes what belongs to a folder of this kind but lies elsewhere; called before that is removed.
+        left: One of this kind whose owner was killed, and which is taken over instead.
     Raises:
-        OSError: It cannot be made.
+        OSError: It cannot be made, or taken over.
     """
 
-    def __init__(self, prefix: str, elsewhere: Callable[[Path], None] = nothing) -> None:
+    def __init__(self, prefix: str, elsewhere: Callable[[Path], None] = nothing, left: Path | None = None) -> None:
         self._elsewhere = elsewhere
-        for left in ownerless(prefix):
-            remove(left, elsewhere)
+        if left is not None:
+            self.path = left
+            self._lock = os.open(left, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+            self._take()
+            return
+        for folder in ownerless(prefix):
+            remove(folder, elsewhere)
         while True:
             self.path = Path(tempfile.mkdtemp(prefix=prefix))
             self._lock = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
@@ -40,6 +50,19 @@ class TemporaryFolder:
             if self.path.exists():
                 break
             os.close(self._lock)  # somebody took it for ownerless before it was locked
+
+    def _take(self) -> None:
+        """Lock it. Whoever looks whether it is owned has it locked for a moment."""
+        deadline = time.monotonic() + TAKE_TIMEOUT
+        while True:
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                return
+            except BlockingIOError:
+                if time.monotonic() > deadline:
+                    os.close(self._lock)
+                    raise
+            time.sleep(0.001)
 
     def __enter__(self) -> Path:
         return self.path

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from telepresence.site.site_file import SiteError, read_site
 from telepresence.station import up
+from telepresence.station.absence import VARIABLE
 
 ROOT = Path(__file__).resolve().parents[2]
 WATCHDOG_PERIOD = 2.0
@@ -42,13 +43,19 @@ RestartSec=0.1
 OOMPolicy=continue
 # So that commands overtake other programs on a busy machine (docs/faults.md).
 LimitRTPRIO=5
-# Every program of the station gets SIGTERM, so that each driver stops its robot, then SIGKILL.
-KillMode=control-group
+{ending}
 TimeoutStopSec={stop:g}
 
 [Install]
 WantedBy=default.target
 """
+STATION_ENDING = f"""\
+# When ./stack up dies, its programs go on, and the next one takes them over. It ends them itself, in order.
+Environment={VARIABLE}=1
+KillMode=process"""
+SITE_ENDING = """\
+# Every program of the site gets SIGTERM, so that each driver stops its robot, then SIGKILL.
+KillMode=control-group"""
 
 
 def main() -> int:
@@ -73,20 +80,21 @@ def _site(words: list[str]) -> int:
     except SiteError as error:
         print(f"service: {error}", file=sys.stderr)
         return 1
-    print(unit([str(path)], "site up", SITE_STOP), end="")
+    print(unit([str(path)], "site up", SITE_STOP, SITE_ENDING), end="")
     return 0
 
 
-def unit(arguments: list[str], command: str = "up", stop: float = STOP) -> str:
+def unit(arguments: list[str], command: str = "up", stop: float = STOP, ending: str = STATION_ENDING) -> str:
     """The unit (systemd.service(5)) for a command of `./stack` and its arguments.
 
     Args:
         stop: [s] that its programs have to end.
+        ending: How they are ended.
     """
     line = " ".join(_quoted(word) for word in (str(ROOT / "stack"), *command.split(), *arguments))
     title = " ".join([f"./stack {command}", *arguments]).replace("%", "%%")
     root = str(ROOT).replace("%", "%%")
-    return UNIT.format(title=title, root=root, command=line, watchdog=WATCHDOG_PERIOD, stop=stop)
+    return UNIT.format(title=title, root=root, command=line, watchdog=WATCHDOG_PERIOD, stop=stop, ending=ending)
 
 
 def _quoted(word: str) -> str:

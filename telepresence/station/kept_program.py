@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 
 from telepresence.station import processes, vitals
+from telepresence.station.adopted import Adopted
 from telepresence.station.restarts import LONGEST_PAUSE, Restarts, what_next
 from telepresence.station.vitals import Beats, Vitals
 
@@ -25,7 +26,7 @@ class KeptProgram:
 
     Args:
         name: Of the program, in faults.
-        start: Starts it, at the head of a process group.
+        start: Starts it, at the head of a process group, or goes on with one.
         report: Gets each fault.
         beats: Where it beats; None for a program that does not.
         ended: Whether it shall stay away after this exit code (negative: the signal that ended it).
@@ -34,7 +35,7 @@ class KeptProgram:
     def __init__(
         self,
         name: str,
-        start: Callable[[], subprocess.Popen],
+        start: Callable[[], subprocess.Popen | Adopted],
         report: Report,
         beats: Beats | None = None,
         ended: Callable[[int], bool] = lambda code: False,

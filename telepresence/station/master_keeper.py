@@ -12,6 +12,7 @@ import http.client
 import logging
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -21,7 +22,9 @@ from subprocess import DEVNULL
 from typing import Any
 from urllib.parse import urlparse
 
-from telepresence.station import processes, vitals
+from telepresence.station import processes, takeover, vitals
+from telepresence.station.absence import goes_on
+from telepresence.station.adopted import Adopted
 from telepresence.station.kept_program import Report
 from telepresence.station.restarts import what_next
 from telepresence.station.ros_master import ANONYMOUS, RESTARTED, master_answers, master_proxy
@@ -45,14 +48,23 @@ class MasterKeeper:
     Args:
         folder: For the socket where it beats; a temporary one by default.
         report: Gets each fault.
+        station: Folder of a station that may have a master already, with which to go on; a new one is noted there.
 
     Raises:
         RuntimeError: No master answers within 15 s of starting one.
     """
 
-    def __init__(self, uri: str, folder: Path | None = None, report: Report = lambda *fault: None) -> None:
+    _process: subprocess.Popen | Adopted
+
+    def __init__(
+        self,
+        uri: str,
+        folder: Path | None = None,
+        report: Report = lambda *fault: None,
+        station: Path | None = None,
+    ) -> None:
         self.uri = uri
-        self._report = report
+        self._report, self._station = report, station
         self._end = contextlib.ExitStack()
         self._folder = folder or self._end.enter_context(TemporaryFolder("telepresence-master-"))
         self._beats = Beats(self._folder / "master")
@@ -64,7 +76,7 @@ class MasterKeeper:
         self._revived_at = 0.0
         self._children: list[int] = []
         self._stop = threading.Event()
-        self._start_master()
+        self._start_master(takeover.adopted(station, takeover.MASTER) if station is not None else None)
         self._threads = [
             threading.Thread(target=self._watch, name="master-keeper", daemon=True),
             threading.Thread(target=self._remember_always, name="master-memory", daemon=True),
@@ -90,14 +102,16 @@ class MasterKeeper:
         self._beats.close()
         self._end.close()
 
-    def _start_master(self) -> None:
+    def _start_master(self, running: Adopted | None = None) -> None:
         port = urlparse(self.uri).port or 11311
         # Tied to the thread that calls: to the main thread, or to ours, which ends in `close`, as roscore then does.
         command = [sys.executable, "-m", "telepresence_ros.core", "-p", str(port), "--watch", str(self._folder)]
         environment = {**os.environ, "NOTIFY_SOCKET": str(self._beats.path)}
-        self._process = processes.start(
-            command, tied=True, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, env=environment
+        self._process = running or processes.start(
+            command, tied=not goes_on(), stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, env=environment
         )
+        if self._station is not None:
+            takeover.note(self._station, takeover.MASTER, self._process.pid)
         self._vitals = Vitals(self._process.pid, self._beats)
         deadline = time.monotonic() + START_TIMEOUT
         while self._end_another() or not master_answers(self.uri):

@@ -44,6 +44,7 @@ class OwnPage:
     Attributes:
         address: Of this machine, where browsers find page and pictures; None for no page.
         socket: The file of the unix socket where it listens instead of its port; empty for none.
+        invitation: The one that its link holds, and that ends with the station; empty for none.
     """
 
     def __init__(self, settings: Mapping[str, str], simulated: bool) -> None:
@@ -63,7 +64,7 @@ class OwnPage:
         opened = settings.get("page", "true").lower() not in ("true", "false")
         self._signs_in = is_on(settings, "sign_in", usual=opened or not simulated)
         self._invitations = Invitations(beside())
-        self._first = ""
+        self.invitation = ""
 
     @property
     def url(self) -> str:
@@ -89,14 +90,23 @@ class OwnPage:
             invitation, token = self._invitations.make(PILOT, FIRST_LINK_LASTS, maker=getpass.getuser())
         except UserError:
             return url  # the page and the window say what is wrong with the accounts
-        self._first = invitation.id
+        self.invitation = invitation.id
         return f"{url}#i={token}"
+
+    def keep(self, link: str, invitation: str) -> str:
+        """Go on with a page that has been opened, and return its link.
+
+        Args:
+            invitation: The one that the link holds; empty for none.
+        """
+        self.invitation = invitation
+        return link
 
     def close(self) -> None:
         """The station ends, and with it what only this run has given out."""
-        if self._first:
+        if self.invitation:
             with contextlib.suppress(InvitationError):  # somebody has withdrawn it
-                self._invitations.withdraw(self._first)
+                self._invitations.withdraw(self.invitation)
 
 
 def page_by_proxy(settings: Mapping[str, str]) -> tuple[str, str]:

@@ -20,6 +20,8 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
+from telepresence.station.adopted import Adopted
+
 PR_SET_CHILD_SUBREAPER = 36  # linux/prctl.h
 
 
@@ -60,7 +62,7 @@ def start(argv: Sequence[str], *, tied: bool = False, **popen: Any) -> subproces
     return subprocess.Popen(words, start_new_session=True, **popen)
 
 
-def end(process: subprocess.Popen, patience: float = 5.0) -> int:
+def end(process: subprocess.Popen | Adopted, patience: float = 5.0) -> int:
     """End a program by SIGINT, then SIGTERM, then SIGKILL, and return its exit code.
 
     Args:

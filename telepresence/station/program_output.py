@@ -7,6 +7,7 @@ the disk, or of the one who reads it here.
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import logging
 import os
@@ -14,6 +15,8 @@ from pathlib import Path
 
 log = logging.getLogger(__name__)
 
+DIGITS = 20
+"""Of a number of bytes."""
 MOST_KEPT = 1_000_000
 """Bytes after which the memory is given back."""
 
@@ -23,15 +26,18 @@ class ProgramOutput:
 
     Args:
         path: The file, which is written anew.
+        mark: File for how much has been read, for the next `./stack up`, which takes over from this one.
+        left: Where the programs print already, which go on without their `./stack up`: it has marked how much it read.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, mark: Path | None = None, left: int | None = None) -> None:
         self.path = path
-        self.descriptor = os.memfd_create("station-output", os.MFD_CLOEXEC)
+        self.descriptor = os.memfd_create("station-output", os.MFD_CLOEXEC) if left is None else left
         """Standard output, or standard error, for the programs."""
         flags = fcntl.fcntl(self.descriptor, fcntl.F_GETFL)
         fcntl.fcntl(self.descriptor, fcntl.F_SETFL, flags | os.O_APPEND)  # of the file, for all who have it open
-        self._read = 0
+        self._mark = os.open(mark, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600) if mark is not None else -1
+        self._read = int(os.pread(self._mark, DIGITS, 0) or 0) if left is not None else 0
         self._rest = b""
         self._file = -1
         try:
@@ -56,13 +62,17 @@ class ProgramOutput:
             except OSError as error:
                 self._give_up(error)
         *complete, self._rest = (self._rest + new).split(b"\n")
+        if self._mark >= 0:
+            with contextlib.suppress(OSError):  # a full disk: the next one says some lines again, or not at all
+                os.pwrite(self._mark, b"%*d" % (DIGITS, self._read - len(self._rest)), 0)
         return [line.decode(errors="replace") for line in complete]
 
     def close(self) -> None:
         """Write the rest. Programs may print on; nobody reads it."""
         self.lines()
-        if self._file >= 0:
-            os.close(self._file)
+        for descriptor in (self._file, self._mark):
+            if descriptor >= 0:
+                os.close(descriptor)
         os.close(self.descriptor)
 
     def _give_up(self, error: OSError) -> None:

@@ -7,9 +7,12 @@ import socket
 import subprocess
 import sys
 from functools import partial
+from pathlib import Path
 
 from telepresence import ports
-from telepresence.station import container_image, processes
+from telepresence.station import container_image, processes, takeover
+from telepresence.station.absence import goes_on
+from telepresence.station.adopted import Adopted
 from telepresence.station.kept_program import KeptProgram, Report
 from telepresence.station.launch_settings import port_setting, require_free
 from telepresence.station.program_on_demand import ProgramOnDemand
@@ -21,6 +24,9 @@ SCREEN_KEY = "TELEPRESENCE_SCREEN_KEY"
 users of the machine cannot read it."""
 
 
+PAGE = "screen_page"
+
+
 class Screen:
     """Starts Xvfb now and the page's program at its first visit; programs that start later find the display in their
     environment.
@@ -28,23 +34,29 @@ class Screen:
     Args:
         settings: Of the launch file, as a person gave them.
         report: Gets each fault.
+        folder: The station's.
+        left: The folder of a display whose `./stack up` has died; None for a new one.
     Raises:
         RuntimeError: The page's port is taken or Xvfb does not start.
+        OSError: The display that was left cannot be taken over.
 
     Attributes:
         name: Value of the environment variable DISPLAY.
+        folder: Of the display.
         programs: What has to be looked after.
     """
 
-    def __init__(self, settings: dict[str, str], report: Report) -> None:
+    def __init__(self, settings: dict[str, str], report: Report, folder: Path, left: Path | None = None) -> None:
+        takeover.kill(folder, PAGE)  # it has the port
         self._port = port_setting(settings, "screen_port", ports.SCREEN_PAGE)
         address = container_image.own_address() if container_image.in_image() else "127.0.0.1"
         require_free(self._port, "screen_port", "the picture of the window", address=address)
-        self._display = VirtualDisplay(opengl=False)  # the window uses none
-        self.name = self._display.name
+        self._display = VirtualDisplay(opengl=False, left=left)  # the window uses none
+        self.name, self.folder = self._display.name, self._display.folder
         os.environ.update(self._display.environment)
         listening = listener(address, self._port)
-        self._page = ProgramOnDemand("screen_page", listening, partial(_serve, self._display, listening), report)
+        serve = takeover.noted(folder, PAGE, partial(_serve, self._display, listening))
+        self._page = ProgramOnDemand(PAGE, listening, serve, report)
         self.programs = (KeptProgram("Xvfb", partial(_restart, self._display), report), self._page)
 
     @property
@@ -58,7 +70,7 @@ class Screen:
         self._display.close()
 
 
-def _restart(display: VirtualDisplay) -> subprocess.Popen:
+def _restart(display: VirtualDisplay) -> subprocess.Popen | Adopted:
     """Return the display's process, a new one if it has ended: what had windows there is started again by roslaunch."""
     if display.process.poll() is not None:
         display.start_again()
@@ -70,7 +82,7 @@ def _serve(display: VirtualDisplay, listening: socket.socket) -> subprocess.Pope
     program = [sys.executable, "-m", "telepresence.station.screen_page", str(display.folder)]
     return processes.start(
         ["nice", *program, "--listening", str(listening.fileno())],
-        tied=True,
+        tied=not goes_on(),
         stdout=subprocess.DEVNULL,
         pass_fds=[listening.fileno()],
     )

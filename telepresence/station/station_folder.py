@@ -11,7 +11,7 @@ import signal
 import socket
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from telepresence.station import processes, virtual_display
@@ -29,12 +29,14 @@ _TERMINALS = "telepresence-*"
 class StationFolder:
     """A new temporary folder that the environment of this process, and of what it starts, names until `close`.
 
+    Args:
+        left: That of a station whose owner has died, and which is taken over instead.
     Raises:
-        OSError: It cannot be made.
+        OSError: It cannot be made, or taken over.
     """
 
-    def __init__(self) -> None:
-        self._folder = TemporaryFolder(PREFIX, _remove_displays)
+    def __init__(self, left: Path | None = None) -> None:
+        self._folder = TemporaryFolder(PREFIX, _remove_displays, left)
         self.path = self._folder.path
         self._before = {name: os.environ.get(name) for name in (VARIABLE, "TMPDIR")}
         os.environ.update({VARIABLE: str(self.path), "TMPDIR": str(self.path)})
@@ -56,15 +58,7 @@ def sweep() -> list[str]:
     Returns:
         What was found, for the person: the programs' names, then the folders.
     """
-    found = []
-    left = {pid: name for pid, folder, name in _programs() if not owned(folder)}
-    for request in (signal.SIGTERM, signal.SIGKILL):
-        for pid in left:
-            processes.send(pid, request)
-        deadline = time.monotonic() + PATIENCE
-        while left and {*left} & {pid for pid, _, _ in _programs()} and time.monotonic() < deadline:
-            time.sleep(0.02)
-    found += [f"{name} (process {pid})" for pid, name in left.items()]
+    found = [f"{name} (process {pid})" for pid, name in end_programs(lambda folder: not owned(folder)).items()]
     for folder in ownerless(PREFIX):
         remove(folder, _remove_displays)
         found.append(str(folder))
@@ -73,6 +67,22 @@ def sweep() -> list[str]:
             terminal.unlink(missing_ok=True)
             found.append(str(terminal))
     return found
+
+
+def end_programs(chosen: Callable[[Path], bool]) -> dict[int, str]:
+    """End this user's programs of the stations whose folders are chosen, but for this process and those above it.
+
+    Returns:
+        Process id -> name of each.
+    """
+    left = {pid: name for pid, folder, name in _programs() if chosen(folder)}
+    for request in (signal.SIGTERM, signal.SIGKILL):
+        for pid in left:
+            processes.send(pid, request)
+        deadline = time.monotonic() + PATIENCE
+        while left and {*left} & {pid for pid, _, _ in _programs()} and time.monotonic() < deadline:
+            time.sleep(0.02)
+    return left
 
 
 def _programs() -> Iterator[tuple[int, Path, str]]:

@@ -15,22 +15,26 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from telepresence import ports, start_patience
 from telepresence.security.private_files import restrict_new_files
-from telepresence.station import container_image, health, heartbeat, processes, start_conditions, station_folder, vitals
+from telepresence.station import (
+    health,
+    heartbeat,
+    processes,
+    start_conditions,
+    station_folder,
+    takeover,
+    vitals,
+)
+from telepresence.station.absence import goes_on
 from telepresence.station.announcement import (
     FIRST_PICTURE,
     NO_SOUND,
-    PAGE_KEY,
-    ROBOT_PAGE_KEY,
     banner,
     next_steps,
-    pepper_links,
 )
 from telepresence.station.faults import SOCKET as FAULTS
 from telepresence.station.faults import FaultReporter
@@ -38,35 +42,25 @@ from telepresence.station.kept_program import KeptProgram
 from telepresence.station.launch_settings import (
     LAUNCH,
     OWN_SETTINGS,
-    STATIONS,
     launch_arguments,
-    port_setting,
-    require_free,
-    require_known,
-    require_ports,
 )
-from telepresence.station.log_folder import OUTPUTS, LogKeeper, log_folder
+from telepresence.station.log_folder import OUTPUTS, log_folder
 from telepresence.station.master_keeper import MasterKeeper
-from telepresence.station.pilot_page import SITE, OwnPage
+from telepresence.station.pilot_page import SITE
+from telepresence.station.plan import Plan, named, prepare
 from telepresence.station.program_on_demand import ProgramOnDemand
 from telepresence.station.program_output import ProgramOutput
 from telepresence.station.ros_master import master_answers
-from telepresence.station.screen import SCREEN_KEY, Screen
+from telepresence.station.screen import Screen
 from telepresence.station.station_folder import StationFolder
+from telepresence.station.takeover import Left
 from telepresence.station.terminal_printer import TerminalPrinter
 from telepresence.station.unprivileged import STAY, must_leave_root
 from telepresence.station.virtual_display import display_answers
 from telepresence.station.vitals import Beats
 from telepresence.stop_signals import stop_on
 from telepresence.switch import is_on
-from telepresence.web.page_auth import ANNOUNCED, page_key
 
-HEAP = {"MALLOC_ARENA_MAX": "2"}
-"""How each program asks for memory (mallopt(3)): with a heap for each of their dozens of threads, what one thread has
-given back lies idle while another one asks for more."""
-OWN_DISTUTILS = {"SETUPTOOLS_USE_DISTUTILS": "stdlib"} if sys.version_info < (3, 12) else {}
-"""Debian's roslaunch asks distutils for one function. Setuptools takes its place, while there is one: 13 MB and
-0.1 s for every roslaunch."""
 WINDOWLESS = ("gui", "teleop")
 """Settings that are false for a robot's unit, which nobody sits at."""
 LAUNCH_TIMEOUTS = ("--sigint-timeout=5", "--sigterm-timeout=2")
@@ -77,20 +71,24 @@ def main(argv: list[str] | None = None) -> int:
     if must_leave_root():
         print(f"stack up: not as root: run ./stack up, which becomes another user, or set {STAY}=1", file=sys.stderr)
         return 1
+    environment = dict(os.environ)
     stop = threading.Event()
     stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     processes.adopt_orphans()
     restrict_new_files()  # logs, in which stands what was said, too
     folder = None
     try:
-        for left in station_folder.sweep():
-            print(f"Left by a station that was killed, and ended or removed now: {left}", file=sys.stderr)
+        left = takeover.find(named(arguments))
+        if left is not None:
+            folder = left.take()
+        for found in station_folder.sweep():
+            print(f"Left by a station that was killed, and ended or removed now: {found}", file=sys.stderr)
         start_conditions.require_room()
-        folder = StationFolder()
+        folder = folder or StationFolder()
         start_conditions.say_all(
             start_conditions.raise_descriptor_limit(), start_conditions.choose_log_folder(folder.path / "log")
         )
-        return run(prepare(arguments), stop)
+        return run(prepare(arguments, left), stop, environment, left)
     except (RuntimeError, OSError) as error:
         with contextlib.suppress(OSError):  # who has closed the terminal reads nothing any more
             print(f"stack up: {error}", file=sys.stderr, flush=True)
@@ -98,6 +96,7 @@ def main(argv: list[str] | None = None) -> int:
     finally:
         processes.end_descendants()
         if folder is not None:
+            station_folder.end_programs(lambda place: place == folder.path)  # which an earlier ./stack up has started
             folder.close()
 
 
@@ -136,89 +135,61 @@ def parse(argv: list[str]) -> argparse.Namespace:
     return found
 
 
-@dataclass(frozen=True)
-class Plan:
-    """What is to run."""
-
-    robot: str
-    settings: dict[str, str]
-    simulated: bool
-    window: bool
-    """There is the operator's window."""
-    page: OwnPage | None
-    master_uri: str
-    verbose: bool
-
-    @property
-    def stations(self) -> int:
-        """Robots of this launch file that one can drive."""
-        return len(STATIONS.get(self.robot, ()))
-
-
-def prepare(arguments: argparse.Namespace) -> Plan:
-    """Look whether everything can be, and set the environment of all programs.
-
-    Raises:
-        RuntimeError: A port is taken, or something else is missing; the text says which and what to do.
-    """
-    robot, settings = arguments.robot, arguments.settings
-    if container_image.in_image():
-        container_image.make_x_sockets()
-        if "page" in launch_arguments(robot):
-            settings = container_image.page_settings(settings)
-    simulated = is_on(settings, "sim")
-    require_known(robot, settings)
-    set_ros_address()
-    LogKeeper().start()
-    start_conditions.require_protection(settings.get("firewall"))
-    require_ports(robot, settings, simulated)
-    page = own_page(robot, settings, simulated)
-    master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
-    start_conditions.require_no_station(master_uri)
-    set_environment(robot, settings, simulated)
-    window = "gui" in launch_arguments(robot) and is_on(settings, "gui")
-    return Plan(robot, settings, simulated, window, page, master_uri, arguments.verbose)
-
-
-def run(plan: Plan, stop: threading.Event) -> int:
+def run(plan: Plan, stop: threading.Event, environment: dict[str, str], left: Left | None = None) -> int:
     """Bring everything up and wait until `stop` is set or roslaunch ends.
 
+    Args:
+        environment: What this process was started with.
+        left: A station that goes on, to be taken over.
     Raises:
         RuntimeError: A part does not start; the text says which and what to do.
     """
     folder = Path(os.environ[station_folder.VARIABLE])
     watch = folder / "watch"
-    watch.mkdir(mode=0o700)
+    watch.mkdir(mode=0o700, exist_ok=left is not None)
     faults = FaultReporter(watch / FAULTS)
-    output, errors = (ProgramOutput(log_folder() / f"stack_up-{os.getpid()}{ending}") for ending in OUTPUTS)
+    printed = left.printed() if left is not None else (None, None)
+    output, errors = (
+        ProgramOutput(log_folder() / f"stack_up-{os.getpid()}{ending}", folder / f"read{ending}", there)
+        for ending, there in zip(OUTPUTS, printed, strict=True)
+    )
     with contextlib.ExitStack() as ends:
         printer = ends.enter_context(TerminalPrinter(output.path.parent))
         link = ""
         if plan.page is not None:
             ends.callback(plan.page.close)
-            link = plan.page.open()
+            link = plan.page.open() if left is None else plan.page.keep(left.link, left.invitation)
         terminal = Terminal(output, errors, printer, plan, link)
         ends.callback(terminal.close)
         screen = None
-        if plan.window and not display_answers(os.environ.get("DISPLAY")):
-            screen = Screen(plan.settings, faults.report)
+        display = Path(left.display) if left is not None and left.display else None
+        if plan.window and (display or not display_answers(os.environ.get("DISPLAY"))):
+            screen = Screen(plan.settings, faults.report, folder, display)
             ends.callback(screen.close)
         # roslaunch reads its files while roscore starts.
         beats = Beats(watch / "roslaunch")
+        takeover.kill(folder, takeover.ROSLAUNCH)  # the next one goes on with its nodes
+        start = partial(start_roslaunch, plan.robot, plan.settings, watch, beats, output, errors)
         launch = KeptProgram(
             "roslaunch",
-            partial(start_roslaunch, plan.robot, plan.settings, watch, beats, output, errors),
+            takeover.noted(folder, takeover.ROSLAUNCH, start),
             faults.report,
             beats,
             ended=lambda code: ended_for_good(code, beats.ready),
         )
         keeper = None
-        if not uses_running_master(plan.master_uri, printer, stop):
-            keeper = MasterKeeper(plan.master_uri, watch, faults.report)
+        if left is not None or not uses_running_master(plan.master_uri, printer, stop):
+            keeper = MasterKeeper(plan.master_uri, watch, faults.report, folder)
             ends.callback(keeper.close)
         health.note(folder, plan.master_uri, plan.page.url if plan.page is not None else "", plan.stations)
+        if left is not None:
+            printer.say("This station went on without a ./stack up that has died, and is taken over by this one.")
         if SITE not in os.environ:  # else the links' keys would be in a log
             printer.say(banner(plan.robot, plan.settings, plan.master_uri, plan.simulated, screen, link, output.path))
+        if keeper is not None and goes_on():
+            invitation = plan.page.invitation if plan.page is not None else ""
+            place = str(screen.folder) if screen is not None else ""
+            Left(str(folder), plan.named, takeover.added(environment), link, invitation, place).save()
         heartbeat.notify("READY=1")
         programs = Programs(launch, beats, screen.programs if screen is not None else (), keeper)
         return programs.supervise(terminal, faults, printer, stop)
@@ -275,39 +246,6 @@ def uses_running_master(uri: str, printer: TerminalPrinter, stop: threading.Even
     if exposure := start_conditions.exposure(uri):
         printer.say(exposure)
     return True
-
-
-def own_page(robot: str, settings: dict[str, str], simulated: bool) -> OwnPage | None:
-    """Return the pilot's page of this station; None where the launch file has none.
-
-    Raises:
-        RuntimeError: What was asked for cannot be; its port is taken.
-    """
-    if robot not in STATIONS:
-        return None
-    page = OwnPage(settings, simulated)
-    if page.address is not None and not page.socket:
-        port = port_setting(settings, "pilot_page_port", ports.PILOT_PAGE)
-        require_free(port, "pilot_page_port", "the pilot's page", address=page.address)
-    return page
-
-
-def set_ros_address() -> None:
-    """Let ROS announce and use loopback, unless a person has said otherwise: without any address it announces the name
-    of the host and listens everywhere."""
-    if not (os.environ.get("ROS_HOSTNAME") or os.environ.get("ROS_IP")):
-        os.environ["ROS_IP"] = "127.0.0.1"
-
-
-def set_environment(robot: str, settings: dict[str, str], simulated: bool) -> None:
-    """Set what all programs of the station find in their environment."""
-    for name, value in (HEAP | OWN_DISTUTILS).items():
-        os.environ.setdefault(name, value)
-    for variable in (PAGE_KEY, SCREEN_KEY, ROBOT_PAGE_KEY):
-        os.environ[variable] = page_key(variable)
-    if simulated:
-        os.environ.setdefault(start_patience.VARIABLE, str(start_patience.PATIENCE_WITH_SIMULATION))
-    os.environ[ANNOUNCED] = " ".join(pepper_links(robot, settings, simulated))
 
 
 class Terminal:
@@ -374,7 +312,7 @@ def start_roslaunch(
     chosen = [f"{name}:={value}" for name, value in settings.items() if name not in OWN_SETTINGS]
     return processes.start(
         [*command, str(LAUNCH / f"{robot}.launch"), *chosen],
-        tied=True,
+        tied=not goes_on(),
         stdout=output.descriptor,
         stderr=errors.descriptor,
         env={**os.environ, "NOTIFY_SOCKET": str(beats.path), "TELEPRESENCE_WATCH": str(watch)},

@@ -11,6 +11,7 @@ Xvfb writes its screen into a memory-mapped file (option -fbdir) in the XWD form
 
 from __future__ import annotations
 
+import contextlib
 import os
 import secrets
 import signal
@@ -21,7 +22,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from telepresence.station import processes
+from telepresence.station import processes, program_registry, vitals
+from telepresence.station.absence import goes_on
+from telepresence.station.adopted import Adopted
+from telepresence.station.program_registry import Running
 from telepresence.temporary_folder import TemporaryFolder
 
 if TYPE_CHECKING:
@@ -29,6 +33,7 @@ if TYPE_CHECKING:
 
 PREFIX = "telepresence-display-"
 """How the names of the displays' folders begin."""
+PROGRAM = "Xvfb"
 NUMBER = "number"
 """File in such a folder with the display's number: X servers that are killed leave files elsewhere."""
 _X_LOCK, _X_SOCKET = "/tmp/.X{}-lock", "/tmp/.X11-unix/X{}"
@@ -44,22 +49,39 @@ class VirtualDisplay:
     Args:
         width, height: Size of the screen [px].
         opengl: Whether programs there can use OpenGL, for which Xvfb loads a compiler of 40 MB.
+        left: The folder of a display whose owner has died. It is taken over, and started again if it has ended.
     Raises:
         RuntimeError: Xvfb is missing or ends at once.
+        OSError: The one that was left cannot be taken over.
     """
 
-    def __init__(self, width: int = 1280, height: int = 720, opengl: bool = True) -> None:
+    process: subprocess.Popen | Adopted
+
+    def __init__(self, width: int = 1280, height: int = 720, opengl: bool = True, left: Path | None = None) -> None:
         self._extensions = "" if opengl else "-extension GLX"
         self._size = f"{width}x{height}x24"
-        self._folder = TemporaryFolder(PREFIX, remove_elsewhere)
+        self._folder = TemporaryFolder(PREFIX, remove_elsewhere, left)
         self.folder = self._folder.path
         self.authority = self.folder / "Xauthority"
         """Value of the environment variable XAUTHORITY."""
-        write_cookie(self.authority)
-        number = self._run()
-        (self.folder / NUMBER).write_text(number, encoding="ascii")
+        if left is None:
+            write_cookie(self.authority)
+            number = self._run()
+            (self.folder / NUMBER).write_text(number, encoding="ascii")
+        else:
+            number = (left / NUMBER).read_text(encoding="ascii")
+            self._adopt(number)
         self.name = f":{number}"
         """Value of the environment variable DISPLAY."""
+
+    def _adopt(self, number: str) -> None:
+        """Go on with the Xvfb of this display, or start one."""
+        known = program_registry.recall(self.folder, PROGRAM)
+        with contextlib.suppress(ProcessLookupError):
+            if known is not None and known.lives:
+                self.process = Adopted(known.pid)
+                return
+        self._run(number)
 
     def _run(self, number: str = "") -> str:
         """Start Xvfb, on a free display unless its number is given; return the number."""
@@ -70,7 +92,7 @@ class VirtualDisplay:
         try:
             self.process = processes.start(
                 f"Xvfb {display} -displayfd {writer} {options} -fbdir {self.folder} -auth {self.authority}".split(),
-                tied=True,
+                tied=not goes_on(),
                 stdin=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 pass_fds=[writer],
@@ -84,6 +106,8 @@ class VirtualDisplay:
             number = answer.readline().strip()  # empty when Xvfb ends without a display
         if not number:
             raise RuntimeError("Xvfb could not open a display")
+        pid = self.process.pid
+        program_registry.remember(self.folder, Running(PROGRAM, pid, vitals.start_time(pid), []))
         return number
 
     def start_again(self) -> None:

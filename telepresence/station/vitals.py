@@ -15,6 +15,7 @@ import struct
 import subprocess
 from pathlib import Path
 
+from telepresence.station.adopted import UNKNOWN
 from telepresence.station.heartbeat import WITHIN
 
 PERIOD = 0.05
@@ -193,6 +194,8 @@ def failure(process: subprocess.Popen) -> str:
 
 def cause(code: int) -> str:
     """What ended a program, from the exit code of `subprocess`: "died: signal 9", "died: exit code 1"."""
+    if code == UNKNOWN:
+        return "died"
     return f"died: signal {-code}" if code < 0 else f"died: exit code {code}"
 
 

@@ -7,13 +7,15 @@ from pathlib import Path
 import pytest
 
 from telepresence.site import service
+from telepresence.station.absence import VARIABLE
 from telepresence.station.heartbeat import PERIOD
 
 SITE = Path(__file__).resolve().parents[3] / "docs" / "site.toml"
 
 
 @pytest.mark.parametrize(
-    "words", [(["pepper", "gui:=false"],), (["robotino"], "unit"), (["/a b/site.toml"], "site up", 20.0)]
+    "words",
+    [(["pepper", "gui:=false"],), (["robotino"], "unit"), (["/a b/site.toml"], "site up", 20.0, service.SITE_ENDING)],
 )
 def test_systemd_accepts_it(tmp_path, monkeypatch, words):
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))  # where no user is logged in there is none
@@ -41,6 +43,17 @@ def test_what_systemd_would_expand_is_kept(argument, word):
 def test_it_is_watched_for_longer_than_a_beat_takes():
     assert service.WATCHDOG_PERIOD > 10 * PERIOD
     assert "WatchdogSec=2\n" in service.unit(["pepper"])
+
+
+@pytest.mark.parametrize(
+    ("words", "goes_on"), [(["pepper"], True), (["unit", "robotino"], True), (["site", str(SITE)], False)]
+)
+def test_a_station_outlives_its_stack_up_and_a_site_does_not(monkeypatch, capsys, words, goes_on):
+    monkeypatch.setattr("sys.argv", ["service", *words])
+    service.main()
+    printed = capsys.readouterr().out
+    assert (f"Environment={VARIABLE}=1\nKillMode=process\n" in printed) is goes_on
+    assert ("KillMode=control-group\n" in printed) is not goes_on
 
 
 @pytest.mark.parametrize(

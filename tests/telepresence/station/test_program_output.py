@@ -8,9 +8,10 @@ import pytest
 
 from telepresence.station import program_output
 from telepresence.station.log_folder import OUTPUTS, cut_outputs
+from telepresence.station.plan import Plan
 from telepresence.station.program_output import ProgramOutput
 from telepresence.station.terminal_printer import TerminalPrinter
-from telepresence.station.up import Plan, Terminal
+from telepresence.station.up import Terminal
 
 
 @pytest.fixture
@@ -28,7 +29,7 @@ def errors(tmp_path):
 
 
 def plan(window: bool, verbose: bool = False) -> Plan:
-    return Plan("pepper", {}, True, window, None, "http://127.0.0.1:11311", verbose)
+    return Plan("pepper", {}, True, window, None, "http://127.0.0.1:11311", verbose, ["pepper"])
 
 
 def say(output: ProgramOutput, text: str) -> None:
@@ -97,3 +98,17 @@ def test_without_a_window_all_is_started_when_roslaunch_says_so(output, errors, 
         for _ in range(2):
             terminal.poll(started=True)
     assert capfd.readouterr().out == "---\nEverything is started. Drive from here. Ctrl-C ends all of it.\n"
+
+
+def test_the_next_one_goes_on_where_the_last_one_stopped_reading(tmp_path):
+    first = ProgramOutput(tmp_path / "first", tmp_path / "mark")
+    say(first, "one\ntwo\nthr")
+    assert first.lines() == ["one", "two"]
+    say(first, "ee\nfour\n")
+    left = os.open(f"/proc/self/fd/{first.descriptor}", os.O_RDWR | os.O_APPEND)
+    second = ProgramOutput(tmp_path / "second", tmp_path / "mark", left)
+    assert second.lines() == ["three", "four"]
+    say(second, "five\n")
+    assert second.lines() == ["five"]
+    for output in (first, second):
+        output.close()

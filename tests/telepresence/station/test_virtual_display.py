@@ -2,9 +2,12 @@
 
 import os
 import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
+from telepresence.station import absence
 from telepresence.station.virtual_display import VirtualDisplay, display_answers, grab
 
 pytestmark = pytest.mark.x11
@@ -45,3 +48,27 @@ def test_answers_until_closed(display):
 @pytest.mark.parametrize("name", [None, "", "nonsense", ":", ":x", ":54321"])
 def test_a_display_that_is_not_there_does_not_answer(name):
     assert not display_answers(name)
+
+
+def test_a_display_whose_owner_has_died_is_taken_over(tmp_path, monkeypatch, wait_until):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    monkeypatch.setenv(absence.VARIABLE, "1")
+    code = (
+        "import os; from telepresence.station.virtual_display import VirtualDisplay; "
+        "display = VirtualDisplay(400, 300); print(display.folder, display.process.pid, flush=True); os.abort()"
+    )
+    said = tmp_path / "said"  # no pipe: the display would keep it open
+    with said.open("w") as output:
+        subprocess.run([sys.executable, "-c", code], stdout=output, check=False)
+    folder, pid = said.read_text().split()
+    display = VirtualDisplay(400, 300, left=Path(folder))
+    try:
+        assert display.process.pid == int(pid) and display_answers(display.name)
+        display.process.kill()
+        wait_until(lambda: display.process.poll() is not None, "it has ended")
+        display.start_again()
+        assert display.process.pid != int(pid) and display_answers(display.name)
+    finally:
+        display.close()
+    assert not display_answers(display.name) and not Path(folder).exists()

@@ -24,7 +24,8 @@ import rosgraph.roslogging
 import rospkg
 from rosgraph.xmlrpc import ThreadingXMLRPCServer
 
-from telepresence.station import heartbeat, processes, vitals
+from telepresence.station import heartbeat, processes, station_folder, vitals
+from telepresence.station.absence import Absence, goes_on
 from telepresence.station.faults import SOCKET, FaultReporter
 from telepresence.station.kept_program import KeptProgram
 from telepresence.station.vitals import Beats
@@ -108,7 +109,8 @@ def first_parameters(run_id: str) -> dict[str, str]:
 
 
 def keep_rosout(folder: Path, stop: threading.Event, watch: Path | None = None) -> None:
-    """Run the node `rosout`, again whenever it dies or freezes or somebody ends it, until `stop` is set.
+    """Run the node `rosout`, again whenever it dies or freezes or somebody ends it, until `stop` is set, or `./stack
+    up` has been away for too long.
 
     Args:
         folder: For its log.
@@ -124,11 +126,16 @@ def keep_rosout(folder: Path, stop: threading.Event, watch: Path | None = None) 
         faults.report if faults is not None else lambda *fault: None,
         beats,
     )
+    absence = Absence(os.getppid(), Path(os.environ[station_folder.VARIABLE])) if goes_on() else None
     looked = time.monotonic()
     while not stop.wait(vitals.PERIOD):
         heartbeat.beat()
         elapsed, looked = time.monotonic() - looked, time.monotonic()
         rosout.poll(elapsed)
+        if absence is not None:
+            absence.begins()
+            if absence.too_long:
+                break
         if faults is not None:
             faults.flush()
     heartbeat.beat(within=ENDING_TIMEOUT)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import logging
 import os
-import select
 import socket
 import subprocess
 import sys
@@ -17,12 +16,11 @@ from pathlib import Path
 from typing import Any
 
 from telepresence.station import vitals
+from telepresence.station.adopted import UNKNOWN, is_readable
 from telepresence_ros.fork_server import LONGEST, Program
 
 _log = logging.getLogger(__name__)
 
-UNKNOWN = 255
-"""Exit code of a program that ended and was not our child."""
 PATIENCE = 5.0
 """Seconds within which a server that serves must answer; it starts a program in 0.02 s."""
 IMPORT_PATIENCE = 60.0
@@ -244,10 +242,3 @@ def can_be_forked(words: Sequence[str], environment: dict[str, str]) -> bool:
 def has_our_settings(environment: Mapping[str, str]) -> bool:
     """Return whether an interpreter in this environment would be like ours."""
     return all(environment.get(name) == os.environ.get(name) for name in _SAME)
-
-
-def is_readable(descriptor: int) -> bool:
-    """Whether something can be read there now; of a pidfd: whether its process has ended."""
-    poll = select.poll()
-    poll.register(descriptor, select.POLLIN)
-    return bool(poll.poll(0))

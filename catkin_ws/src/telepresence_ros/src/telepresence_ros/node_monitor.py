@@ -17,6 +17,7 @@ from roslaunch import pmon
 from roslaunch.core import RLException, printerrlog, printlog_bold
 
 from telepresence.station import heartbeat
+from telepresence.station.absence import Absence
 from telepresence.station.faults import FaultReporter
 from telepresence.station.restarts import LONGEST_PAUSE, Restarts, what_next
 from telepresence.station.vitals import PERIOD, start_time, state
@@ -42,6 +43,8 @@ class NodeMonitor(pmon.ProcessMonitor):
     """What starts the nodes."""
     station: int | None = None
     """Process id of the `./stack up` that started us; None: we were started alone."""
+    absence: Absence | None = None
+    """Of that `./stack up`, where another one takes its place and the nodes go on meanwhile."""
 
     def __init__(self, name: str = "NodeMonitor") -> None:
         super().__init__(name)
@@ -81,11 +84,17 @@ class NodeMonitor(pmon.ProcessMonitor):
         super()._post_run()  # goes through the others backwards
 
     def _look_at_station(self) -> None:
-        """Report that who started us was stopped. It is for others to end it (systemd): the nodes need us, not it."""
+        """Report that who started us was stopped. It is for others to end it (systemd): the nodes need us, not it. End
+        when it has died and nobody has started another one."""
         stands = self.station is not None and state(self.station) == "T"
         if stands and not self._station_stands and self.faults is not None:
             self.faults.report(STATION, "froze", "is not waited for: everything goes on")
         self._station_stands = stands
+        if self.absence is not None:
+            if self.absence.begins() and self.faults is not None:
+                self.faults.report(STATION, "died", what_next(0.0))
+            if self.absence.too_long:
+                self.is_shutdown = True
 
     def _lost_station(self) -> bool:
         """Whether the station that started us has died. The kernel says so when its first thread has ended; as long as

@@ -18,6 +18,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from telepresence.station import absence
 from telepresence.temporary_folder import TemporaryFolder
 from telepresence_ros.forked_process import NodeStarter
 
@@ -28,11 +29,13 @@ FOLDER = "TELEPRESENCE_WATCH"
 def main() -> None:
     """Run roslaunch with the arguments of the command line."""
     station = os.getppid() if FOLDER in os.environ else None
+    waits = absence.goes_on()
+    os.environ.pop(absence.VARIABLE, None)  # nobody starts the stations again that a person starts in a terminal here
     with watch_folder() as folder, contextlib.closing(NodeStarter()) as starter:
         # Imported now: what forks the nodes imports at the same time what they need.
         from telepresence_ros import supervisor
 
-        supervisor.run(folder, station, starter)
+        supervisor.run(folder, station, starter, waits)
 
 
 @contextlib.contextmanager

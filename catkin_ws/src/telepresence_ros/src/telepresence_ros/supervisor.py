@@ -24,6 +24,7 @@ import roslaunch.pmon
 from rosgraph.names import ns_join
 
 from telepresence.station import heartbeat, program_registry
+from telepresence.station.absence import Absence
 from telepresence.station.faults import SOCKET, FaultReporter
 from telepresence_ros.forked_process import NodeStarter
 from telepresence_ros.node_monitor import FAULTS, NodeMonitor
@@ -59,20 +60,21 @@ class Supervisor(roslaunch.parent.ROSLaunchParent):
         heartbeat.notify("READY=1")
 
 
-def run(folder: Path, station: int | None, starter: NodeStarter) -> None:
+def run(folder: Path, station: int | None, starter: NodeStarter, waits: bool = False) -> None:
     """Run roslaunch with the arguments of the command line; takes what `supervise` takes."""
     narrow_sockets()
-    supervise(folder, station, starter)
+    supervise(folder, station, starter, waits)
     roslaunch.main()
 
 
-def supervise(folder: Path, station: int | None, starter: NodeStarter) -> None:
+def supervise(folder: Path, station: int | None, starter: NodeStarter, waits: bool = False) -> None:
     """Replace those parts of roslaunch that start, watch and restart nodes.
 
     Args:
         folder: Of the station's watch.
         station: Process id of the `./stack up` that has started us, if one has.
         starter: Starts the nodes.
+        waits: The nodes go on while that `./stack up` is away (`telepresence.station.absence`).
     """
 
     def make_process(run_id: str, node: roslaunch.core.Node, master_uri: str, **timeouts: float) -> WatchedNode:
@@ -87,6 +89,7 @@ def supervise(folder: Path, station: int | None, starter: NodeStarter) -> None:
     roslaunch.pmon.ProcessMonitor = NodeMonitor
     NodeMonitor.faults = FaultReporter(folder / SOCKET)
     NodeMonitor.station, NodeMonitor.starter = station, starter
+    NodeMonitor.absence = Absence(station, folder.parent) if station is not None and waits else None
     Supervisor.folder = folder
     if station is not None:
         # The station's master has its parameters and `rosout`. roscore.xml would have them asked for by two commands.

@@ -13,28 +13,10 @@ from roslaunch.nodeprocess import LocalProcess
 from roslaunch.pmon import Process
 
 from telepresence.station import program_registry, vitals
+from telepresence.station.adopted import UNKNOWN, Adopted
 from telepresence.station.program_registry import Running
 from telepresence.station.vitals import Beats, Vitals
-from telepresence_ros.forked_process import UNKNOWN, ForkedProcess, is_readable
-
-
-class Adopted:
-    """What `subprocess.Popen` is for a child, for a program that a roslaunch started which is gone.
-
-    Raises:
-        ProcessLookupError: It has ended.
-    """
-
-    def __init__(self, pid: int) -> None:
-        self.pid = pid
-        self._descriptor = os.pidfd_open(pid)
-
-    def poll(self) -> int | None:
-        """None while it runs."""
-        return UNKNOWN if is_readable(self._descriptor) else None
-
-    def __del__(self) -> None:
-        os.close(self._descriptor)
+from telepresence_ros.forked_process import ForkedProcess
 
 
 class WatchedNode(LocalProcess):

@@ -1,0 +1,52 @@
+"""Whether a station goes on while its `./stack up` is away, and for how long.
+
+Where VARIABLE is set, and `./stack service` sets it, somebody starts `./stack up` again at once when it dies or
+freezes. Until then roslaunch with its nodes, the ROS master and the virtual display go on, and the new `./stack up`
+takes the station over (`telepresence.station.takeover`). If none comes, roslaunch and the master end after WAITS; what
+is left then is for the next start to sweep. Standard library only.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+from telepresence.temporary_folder import owned
+
+VARIABLE = "TELEPRESENCE_GOES_ON"
+"""Environment variable: whether somebody starts `./stack up` again."""
+WAITS = 10.0
+"""Seconds for which the station's programs go on without it."""
+
+
+def goes_on() -> bool:
+    """Whether this station's programs go on without `./stack up`."""
+    return VARIABLE in os.environ
+
+
+class Absence:
+    """For how long a station has been without `./stack up`, as seen by a program that it has started.
+
+    Args:
+        parent: Process id of the `./stack up` that has started this program.
+        folder: The station's, which `./stack up` owns.
+    """
+
+    def __init__(self, parent: int, folder: Path) -> None:
+        self._parent, self._folder = parent, folder
+        self._since: float | None = None
+
+    def begins(self) -> bool:
+        """Look; whether it is away, and was not at the last look."""
+        if os.getppid() == self._parent or owned(self._folder):
+            self._since = None
+        elif self._since is None:
+            self._since = time.monotonic()
+            return True
+        return False
+
+    @property
+    def too_long(self) -> bool:
+        """Whether nobody is waited for any more."""
+        return self._since is not None and time.monotonic() - self._since > WAITS
