@@ -55,7 +55,7 @@ class Service:
         (units / f"{UNIT}.d").mkdir(parents=True)
         words = [str(ROOT / "stack"), "service", *arguments]
         unit = subprocess.run(words, env=self._environment, stdout=subprocess.PIPE, text=True, check=True).stdout
-        (units / UNIT).write_text(unit)
+        (units / UNIT).write_text(unit.replace('"up"', '"up" "--verbose"'))  # what the window shows is measured, too
         printed = folder / "printed"
         os.mkfifo(printed)  # there is no journal
         (units / f"{UNIT}.d" / "output.conf").write_text(f"[Service]\nStandardOutput=file:{printed}\n")
