@@ -15,7 +15,7 @@ import time
 
 import pytest
 from axe import AXE, violations, wear
-from page_in_process import PageBrowser, PageInProcess, until
+from page_in_process import until
 from repeated_presses import press_until
 
 from telepresence.page.app import STATIC
@@ -36,19 +36,9 @@ TRIES = 4
 """The best of so many counts where a press is timed: other programs hold up those of a busy machine."""
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    page = PageInProcess(tmp_path_factory.mktemp("page"))
-    yield page
-    page.close()
-
-
-@pytest.fixture(scope="module")
-def browser(page):
-    browser = PageBrowser(page.url)
-    yield browser
-    browser.close()
-    assert browser.errors == []
+@pytest.fixture
+def browser(chromium):
+    return chromium
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from page_in_process import PageBrowser, PageInProcess
 
 pytestmark = pytest.mark.browser
 
@@ -40,21 +39,6 @@ RTCDataChannel.prototype.send = function (message) {{
 globalThis.clicked = 0;  // on the red stop
 {STOP}.addEventListener("click", () => {{ clicked += 1; }});
 """
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    page = PageInProcess(tmp_path_factory.mktemp("page"))
-    yield page
-    page.close()
-
-
-@pytest.fixture(scope="module")
-def chromium(page):
-    browser = PageBrowser(page.url)
-    yield browser
-    browser.close()
-    assert browser.errors == []
 
 
 @pytest.fixture

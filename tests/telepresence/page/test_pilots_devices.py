@@ -10,7 +10,7 @@ import json
 from typing import Any
 
 import pytest
-from page_in_process import PageBrowser, PageInProcess
+from page_in_process import PageBrowser
 
 pytestmark = pytest.mark.browser
 
@@ -48,10 +48,8 @@ MINE = {"mine": True, "sound": EVERYTHING}
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory):
-    station = PageInProcess(tmp_path_factory.mktemp("page"))
-    yield station.url
-    station.close()
+def address(page):
+    return page.url
 
 
 @pytest.fixture(scope="module")
