@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from gui.ros.link import RosLink
     from gui.ros.readings import PageState, VoiceState
 
+SOUND = "conversation"
+"""The row of the robot's table that begins the sound both ways."""
 PERIOD = 500  # ms
 PATIENCE = 30.0
 """[s] that programs which have just been started may take until they offer their part."""
@@ -50,7 +52,7 @@ class Conversation(QObject):
     have. Programs that are started anew are asked again.
 
     Of several robots in one window only the one in front hears and shows the pilot: whoever turns to another robot
-    turns to the people there.
+    turns to the people there, and takes the conversation along.
 
     Args:
         link: The robot.
@@ -60,18 +62,18 @@ class Conversation(QObject):
     changed = pyqtSignal()
     """`text` has changed."""
     handed_on = pyqtSignal()
-    """It has been ended because another robot came to the front, where it is to go on."""
+    """The pilot has turned to another robot, where the conversation is to go on."""
 
     def __init__(self, link: RosLink, access: DriveAccess) -> None:
         super().__init__(link)
         self._link, self._access = link, access
         parts = (
             _Part("show_page", "page", "you on the robot's tablet"),
-            _Part("conversation", "voice_state", "sound"),
+            _Part(SOUND, "voice_state", "sound"),
         )
         self._parts = [part for part in parts if link.has(part.service)]
         self._wanted: bool | None = None
-        self._in_front = True
+        self._in_front, self._muted = True, False
         self._since = 0.0
         self._ends_since: float | None = None
         self._taken, self._taken_until = False, -math.inf
@@ -84,17 +86,22 @@ class Conversation(QObject):
 
     @property
     def on(self) -> bool:
-        """Whether there is one: this window wants it, or the programs have begun it and nobody has ended it here."""
-        return bool(self._wanted) or (self._wanted is None and any(part.on for part in self._parts))
+        """Whether there is one: this window wants it, or the programs have begun it, and the robot is the pilot's."""
+        if self._taken:
+            return False
+        begun = any(part.on for part in self._parts if part.service == SOUND)
+        return bool(self._wanted) or (self._wanted is None and begun and self._has_robot)
+
+    @property
+    def _has_robot(self) -> bool:
+        return self._link.state.driver and self._access.mine
 
     @property
     def text(self) -> str:
         """What of the conversation is on, or does not end, as a sentence; empty when this window has begun none."""
+        if self.problem:
+            return self.problem
         now = time.monotonic()
-        if self._ends_since is not None and now - self._ends_since > PATIENCE:
-            left = [part.name for part in self._parts if part.begun and part.sign in self._link.found]
-            if left:
-                return f"Not ended, for there is no answer: {', '.join(left)}."
         if not self._wanted or not self._parts:
             return ""
         done = [part.name for part in self._parts if part.done and not self._taken]
@@ -105,15 +112,33 @@ class Conversation(QObject):
             sentence += f" {'Waiting for' if waits else 'Not available:'} {', '.join(missing)}."
         return sentence
 
-    def want(self, wanted: bool) -> None:
-        """Begin the conversation, or end it."""
-        self._wanted, self._since = wanted, time.monotonic()
+    @property
+    def problem(self) -> str:
+        """What does not end, as a sentence; empty for nothing."""
+        if self._ends_since is None or time.monotonic() - self._ends_since <= PATIENCE:
+            return ""
+        left = [part.name for part in self._parts if part.begun and part.sign in self._link.found]
+        return f"Not ended, for there is no answer: {', '.join(left)}." if left else ""
+
+    def want(self, wanted: bool, muted: bool = False) -> None:
+        """Begin the conversation, or end it.
+
+        Args:
+            muted: The robot does not hear the pilot, until the pilot wants that: the microphone is muted first.
+        """
+        self._wanted, self._muted, self._since = wanted, muted, time.monotonic()
         self._work()
 
     def set_in_front(self, in_front: bool) -> None:
-        """Of several robots in this window, this is the one in front, or another one is."""
+        """Of several robots in this window, this is the one in front, or another one is: then end what there is."""
+        taken_along = self._in_front and not in_front and self.on
         self._in_front = in_front
-        self._work()
+        if self._wanted and not in_front:
+            self.want(False)
+        else:
+            self._work()
+        if taken_along:
+            self.handed_on.emit()
 
     def leave(self) -> None:
         """End what this window has begun, because nobody is signed in here any more."""
@@ -124,7 +149,7 @@ class Conversation(QObject):
         """The programs have ended, and the next ones have to be asked anew; or only the ROS master has, and they go on
         with what was begun."""
         for part in self._parts:
-            part.done = None
+            part.done, part.on = None, False
         if self._wanted:
             self._since = time.monotonic()
         self._work()
@@ -132,14 +157,15 @@ class Conversation(QObject):
     def _work(self) -> None:
         now = time.monotonic()
         self._notice_who_has_it(now)
-        self._hand_on()
-        has_robot = self._link.state.driver and self._access.mine
+        has_robot = self._has_robot
         settles = has_robot and now - self._taken_until < SETTLED
         if self._wanted and (settles or not has_robot):
             self._since = now
         waits = ends = False
         for part in self._parts:
-            if has_robot:
+            if has_robot and not self._in_front:
+                target = self._quiet(part)
+            elif has_robot:
                 target = self._wanted
             else:
                 target = False if part.begun and (self._taken or not self._wanted) else None
@@ -160,13 +186,11 @@ class Conversation(QObject):
             self._wanted = self._wanted or None  # what is to end has ended; programs that come later are not meant
         self._report()
 
-    def _hand_on(self) -> None:
-        """End it when another robot is in front. What the robot's programs have begun by themselves is the pilot's,
-        too, unless somebody else has the robot."""
-        if self._in_front or not self.on or not (self._wanted or (self._link.state.driver and self._access.mine)):
-            return
-        self._wanted, self._since = False, time.monotonic()
-        self.handed_on.emit()
+    def _quiet(self, part: _Part) -> bool | None:
+        """What a robot that is not in front shall do: end what is on, whoever has begun it, and whenever."""
+        if part.on and not part.asked:
+            part.begun, part.done = True, None
+        return False if part.begun else self._wanted
 
     def _receive(self, part: _Part, state: PageState | VoiceState) -> None:
         if state.on != part.on:
@@ -189,12 +213,17 @@ class Conversation(QObject):
 
     def _ask(self, part: _Part, wanted: bool) -> None:
         part.asked, part.done = True, None
-        part.begun = part.begun or wanted
+        mutes = wanted and self._muted and part.service == SOUND
+        part.begun = part.begun or (wanted and not mutes)
 
         def answered(answer: Answer) -> None:
             part.asked = False
-            if answer.ok:
+            if answer.ok and mutes:
+                self._muted = False
+            elif answer.ok:
                 part.done = part.begun = part.on = wanted
+            if answer.ok:
                 self._work()
 
-        self._link.call(part.service, wanted, then=answered, patient=True, signed_out=not wanted)
+        service = "mute_microphone" if mutes else part.service
+        self._link.call(service, wanted, then=answered, patient=True, signed_out=not wanted)

@@ -124,17 +124,23 @@ def bring_to_front(tabs: Sequence[RobotTab], chosen: int) -> None:
 
 
 def hand_on_conversations(tabs: Sequence[RobotTab]) -> None:
-    """Let a conversation go on with the robot that comes to the front. Who had muted the microphone stays muted."""
+    """Let a conversation go on with the robot that comes to the front, which is seen as well. Who was not heard before
+    is not heard there. What does not end at a robot in the back is said in front."""
+
+    def front() -> RobotTab:
+        return next(tab for tab in tabs if tab.in_front)
 
     def go_on(left: RobotTab) -> None:
-        front = next(tab for tab in tabs if tab.in_front)
-        if left.window.sound.microphone.isChecked():
-            front.window.sound.mute_microphone.emit(True)
-        if not front.controller.conversation.on:
-            front.controller.conversation.want(True)
+        front().window.feedButton.setChecked(True)
+        front().controller.conversation.want(True, muted=left.window.sound.muted)
+
+    def say(tab: RobotTab) -> None:
+        if not tab.in_front and (problem := tab.controller.conversation.problem):
+            front().window.status.say(f"{tab.title}: {problem}", "warn")
 
     for tab in tabs:
         tab.controller.conversation.handed_on.connect(partial(go_on, tab))
+        tab.controller.conversation.changed.connect(partial(say, tab))
 
 
 class Terminals:

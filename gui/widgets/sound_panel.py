@@ -19,6 +19,8 @@ QUIETEST, LOUD = -60.0, -9.0
 FALL = 20.0
 """[dB/s] by which the bar falls after a peak (the order of magnitude of a peak programme meter)."""
 FADE_PERIOD = 60  # ms
+NO_DEVICE = "none"
+"""The choice of no device, see `telepresence.audio.devices`."""
 SHORTEST_NAME = 12
 """Letters of a device's name that are always shown."""
 
@@ -73,7 +75,7 @@ class DeviceChoice(QComboBox):
 
     def __init__(self, what: str) -> None:
         super().__init__()
-        self._fixed = {"auto": f"Usual {what}", "none": f"No {what}"}
+        self._fixed = {"auto": f"Usual {what}", NO_DEVICE: f"No {what}"}
         self._shown: tuple[tuple[str, ...], str] | None = None
         self.setAccessibleName(what.capitalize())
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -160,6 +162,11 @@ class SoundPanel(QFrame):
     @property
     def state(self) -> str:
         return self._state.text()
+
+    @property
+    def muted(self) -> bool:
+        """Whether the robot does not hear the pilot: muted, or without a microphone."""
+        return self.microphone.isChecked() or self.microphones.currentData() == NO_DEVICE
 
     def set_available(self, available: bool) -> None:
         """Enable the controls if a sound program answers."""

@@ -9,7 +9,7 @@ from PyQt5.QtTest import QSignalSpy, QTest
 from gui.app.controller import Attach
 from gui.app.conversation import PERIOD
 from gui.ros.channels import Answer
-from gui.ros.readings import VoiceSettings, VoiceState
+from gui.ros.readings import PageState, VoiceSettings, VoiceState
 from telepresence.audio.voice_state import NO_CONVERSATION
 
 
@@ -172,27 +172,56 @@ def test_a_conversation_ends_when_another_robot_comes_to_the_front(talking, link
     assert begun(link) == {}, "it begins when it is handed on to this robot, and not by the tab alone"
 
 
-def test_what_the_programs_have_begun_ends_when_another_robot_is_in_front(open_window, link):
+def test_what_the_programs_have_begun_is_taken_along(open_window, link):
     window = open_window(Attach.NEVER)
     handed_on = QSignalSpy(window.controller.conversation.handed_on)
-    window.controller.conversation.set_in_front(False)
     link.become(**RUNNING)
     say_sound(link, "you: live; robot: live")
+    window.controller.conversation.set_in_front(False)
     assert begun(link)["conversation"] is False and len(handed_on) == 1
 
 
-@pytest.mark.parametrize("who", ["nobody talks", "another pilot has the robot"])
-def test_no_conversation_of_this_window_is_handed_on(open_window, link, who):
+def test_a_robot_in_the_back_stays_silent_and_that_begins_nothing_in_front(open_window, link):
+    window = open_window(Attach.NEVER)
+    handed_on = QSignalSpy(window.controller.conversation.handed_on)
+    window.controller.conversation.set_in_front(False)
+    link.become(**RUNNING)
+    for _ in range(2):  # its programs begin with sound, or somebody turns it on
+        link.called.clear()
+        say_sound(link, NO_CONVERSATION)
+        say_sound(link, "you: live; robot: live")
+        assert begun(link)["conversation"] is False
+    assert len(handed_on) == 0, "the pilot has not turned to another robot"
+
+
+@pytest.mark.parametrize("who", ["nobody talks", "only the page is on", "another pilot has the robot", "it was taken"])
+def test_what_is_no_conversation_of_this_window_is_not_taken_along(open_window, link, who):
     window = open_window(Attach.NEVER)
     handed_on = QSignalSpy(window.controller.conversation.handed_on)
     link.become(**RUNNING)
-    if who == "nobody talks":
-        say_sound(link, NO_CONVERSATION)
-    else:
+    if who == "it was taken":
+        window.feedButton.click()
+    if who in ("it was taken", "another pilot has the robot"):
         link.report_lease(pilot="ben", window="/other")
-        say_sound(link, "you: live; robot: live")
+    link.called.clear()
+    say_sound(link, "you: live; robot: live" if who == "another pilot has the robot" else NO_CONVERSATION)
+    link.channel("page").arrived.emit(PageState("live", "", who == "only the page is on", time.monotonic()))
     window.controller.conversation.set_in_front(False)
-    assert begun(link) == {} and len(handed_on) == 0
+    assert "conversation" not in begun(link) and len(handed_on) == 0
+
+
+def test_who_was_muted_is_muted_before_the_robot_could_hear_anything(open_window, link, spin):
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    link.slow.add("mute_microphone")
+    window.controller.conversation.want(True, muted=True)
+    QTest.qWait(PERIOD + 50)
+    assert ("mute_microphone", True) in link.called and "conversation" not in begun(link)
+    link.waiting.pop()(Answer(False, "The program has died."))
+    spin(lambda: link.waiting, "it is asked for again")
+    assert "conversation" not in begun(link)
+    link.waiting.pop()(Answer(True))
+    assert begun(link) == {"show_page": True, "conversation": True}
 
 
 def say_sound(link, text):

@@ -3,7 +3,6 @@
 import argparse
 
 import pytest
-from PyQt5.QtTest import QSignalSpy
 
 from gui.app.controller import Attach
 from gui.app.robot_tab import RobotTab, bring_to_front, hand_on_conversations
@@ -41,14 +40,16 @@ def test_the_choice_of_the_careful_scan_is_remembered(make_tab, tmp_path, choice
 @pytest.mark.parametrize("muted", [True, False])
 def test_a_conversation_goes_on_with_the_robot_in_front_and_who_was_muted_stays_muted(make_tab, tmp_path, muted):
     tabs = [make_tab(Settings(tmp_path / f"{index}.ini")) for index in range(2)]
-    mutes = QSignalSpy(tabs[1].window.sound.mute_microphone)
     hand_on_conversations(tabs)
     bring_to_front(tabs, 0)
     tabs[0].controller.conversation.want(True)
     tabs[0].window.sound.microphone.setChecked(muted)
+    other = tabs[1].controller.conversation
+    wants, want = [], other.want
+    other.want = lambda wanted, **how: (wants.append((wanted, how)), want(wanted, **how))
     bring_to_front(tabs, 1)
     assert [tab.controller.conversation.on for tab in tabs] == [False, True]
-    assert list(mutes) == ([[True]] if muted else [])
+    assert wants == [(True, {"muted": muted})] and tabs[1].window.feedButton.isChecked(), "and is seen"
     bring_to_front(tabs, 0)
     assert [tab.controller.conversation.on for tab in tabs] == [True, False]
 
