@@ -30,11 +30,18 @@ class TemporaryFolder:
         prefix: Of its name, one for each kind of folder. Those of this kind whose owners were killed are removed.
         elsewhere: Removes what belongs to a folder of this kind but lies elsewhere; called before that is removed.
         left: One of this kind whose owner was killed, and which is taken over instead.
+        spared: Which of those whose owners were killed are not removed.
     Raises:
         OSError: It cannot be made, or taken over.
     """
 
-    def __init__(self, prefix: str, elsewhere: Callable[[Path], None] = nothing, left: Path | None = None) -> None:
+    def __init__(
+        self,
+        prefix: str,
+        elsewhere: Callable[[Path], None] = nothing,
+        left: Path | None = None,
+        spared: Callable[[Path], bool] = lambda folder: False,
+    ) -> None:
         self._elsewhere = elsewhere
         if left is not None:
             self.path = left
@@ -42,7 +49,8 @@ class TemporaryFolder:
             self._take()
             return
         for folder in ownerless(prefix):
-            remove(folder, elsewhere)
+            if not spared(folder):
+                remove(folder, elsewhere)
         while True:
             self.path = Path(tempfile.mkdtemp(prefix=prefix))
             self._lock = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
@@ -103,7 +111,7 @@ def owned(folder: Path) -> bool:
     except FileNotFoundError:
         return False
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)  # who looks is not taken for the owner by others who do
     except BlockingIOError:
         return True
     finally:

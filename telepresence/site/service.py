@@ -19,7 +19,7 @@ from telepresence.station.absence import VARIABLE
 ROOT = Path(__file__).resolve().parents[2]
 WATCHDOG_PERIOD = 2.0
 """Seconds without a sign of life of `./stack up` after which systemd kills it and starts it again."""
-STOP, SITE_STOP = 10.0, 20.0
+STOP, SITE_STOP = 45.0, 20.0
 """Seconds that a station has to end, and a site of several."""
 UNIT = """\
 [Unit]
@@ -52,7 +52,9 @@ WantedBy=default.target
 STATION_ENDING = f"""\
 # When ./stack up dies, its programs go on, and the next one takes them over. It ends them itself, in order.
 Environment={VARIABLE}=1
-KillMode=process"""
+KillMode=process
+# Where no other one is started, nothing goes on.
+ExecStopPost=/bin/sh -c 'case "$$SERVICE_RESULT" in success|timeout|exit-code) exec "$$@" ;; esac' sh {{rest}}"""
 SITE_ENDING = """\
 # Every program of the site gets SIGTERM, so that each driver stops its robot, then SIGKILL.
 KillMode=control-group"""
@@ -91,10 +93,17 @@ def unit(arguments: list[str], command: str = "up", stop: float = STOP, ending: 
         stop: [s] that its programs have to end.
         ending: How they are ended.
     """
-    line = " ".join(_quoted(word) for word in (str(ROOT / "stack"), *command.split(), *arguments))
+    line = _line(*command.split(), *arguments)
     title = " ".join([f"./stack {command}", *arguments]).replace("%", "%%")
     root = str(ROOT).replace("%", "%%")
+    rest = _line("exec", "python", "-m", "telepresence.station.takeover", *arguments)
+    ending = ending.format(rest=rest)
     return UNIT.format(title=title, root=root, command=line, watchdog=WATCHDOG_PERIOD, stop=stop, ending=ending)
+
+
+def _line(*words: str) -> str:
+    """A command line of `./stack`."""
+    return " ".join(_quoted(word) for word in (str(ROOT / "stack"), *words))
 
 
 def _quoted(word: str) -> str:

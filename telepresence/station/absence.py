@@ -16,6 +16,8 @@ from telepresence.temporary_folder import owned
 
 VARIABLE = "TELEPRESENCE_GOES_ON"
 """Environment variable: whether somebody starts `./stack up` again."""
+FILE = "station.json"
+"""File in the station's folder, with what the next `./stack up` has to know; without it nobody takes over."""
 WAITS = 10.0
 """Seconds for which the station's programs go on without it."""
 
@@ -46,7 +48,9 @@ class Absence:
             return True
         return False
 
-    @property
     def too_long(self) -> bool:
-        """Whether nobody is waited for any more."""
-        return self._since is not None and time.monotonic() - self._since > WAITS
+        """Whether nobody is waited for any more; from then on nobody takes over."""
+        if self._since is None or time.monotonic() - self._since <= WAITS:
+            return False
+        (self._folder / FILE).unlink(missing_ok=True)
+        return True

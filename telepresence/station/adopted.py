@@ -8,8 +8,8 @@ import select
 import signal
 import subprocess
 
-UNKNOWN = 255
-"""Exit code of a program that ended and was not our child."""
+UNKNOWN = 256
+"""Exit code of a program that ended and was not our child; no program's own."""
 
 
 class Adopted:

@@ -22,7 +22,7 @@ from subprocess import DEVNULL
 from typing import Any
 from urllib.parse import urlparse
 
-from telepresence.station import processes, takeover, vitals
+from telepresence.station import processes, station_folder, takeover, vitals
 from telepresence.station.absence import goes_on
 from telepresence.station.adopted import Adopted
 from telepresence.station.kept_program import Report
@@ -37,6 +37,7 @@ CALLER = "/master_keeper"
 START_TIMEOUT = 15.0  # seconds; a cold disk takes several
 RETURN_TIMEOUT = 3.0  # seconds within which nodes must register again on their own
 RETURN_PERIOD = 0.25  # seconds between two questions who has
+ADOPT_TIMEOUT = 2.0  # seconds in which a master that has run before answers, or another one takes its place
 REMEMBER_PERIOD = 2.0  # seconds between two questions for what a new master must know
 _OF_THE_MASTER_ITSELF = {"run_id", "rosversion", "rosdistro", "roslaunch"}
 _ERRORS = (OSError, http.client.HTTPException, xmlrpc.client.Error)
@@ -107,6 +108,10 @@ class MasterKeeper:
         # Tied to the thread that calls: to the main thread, or to ours, which ends in `close`, as roscore then does.
         command = [sys.executable, "-m", "telepresence_ros.core", "-p", str(port), "--watch", str(self._folder)]
         environment = {**os.environ, "NOTIFY_SOCKET": str(self._beats.path)}
+        if running is not None and not master_answers(self.uri, timeout=ADOPT_TIMEOUT):
+            running.kill()
+            running.wait()
+            running = None
         self._process = running or processes.start(
             command, tied=not goes_on(), stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, env=environment
         )
@@ -126,7 +131,9 @@ class MasterKeeper:
             pid = master_proxy(self.uri).getPid(CALLER)[2]
         except _ERRORS:
             return False
-        if pid == self._process.pid or pid not in processes.descendants():
+        if pid == self._process.pid:
+            return False
+        if pid not in processes.descendants() and not (self._station and station_folder.belongs(pid, self._station)):
             return False
         log.warning("a program in the station has started a roscore of its own meanwhile, which is ended")
         return processes.send(pid, signal.SIGKILL)

@@ -21,7 +21,7 @@ from telepresence.station.launch_settings import (
 from telepresence.station.log_folder import LogKeeper
 from telepresence.station.pilot_page import OwnPage
 from telepresence.station.screen import SCREEN_KEY
-from telepresence.station.takeover import Left
+from telepresence.station.takeover import MASTER_URI, Left
 from telepresence.switch import is_on
 from telepresence.web.page_auth import ANNOUNCED, page_key
 
@@ -80,7 +80,7 @@ def prepare(arguments: argparse.Namespace, left: Left | None = None) -> Plan:
     if left is None:
         require_ports(robot, settings, simulated)
     page = own_page(robot, settings, simulated, new=left is None)
-    master_uri = os.environ.setdefault("ROS_MASTER_URI", "http://localhost:11311")
+    master_uri = os.environ.setdefault("ROS_MASTER_URI", MASTER_URI)
     if left is None:
         start_conditions.require_no_station(master_uri)
     set_environment(robot, settings, simulated)

@@ -64,7 +64,8 @@ class ProgramOutput:
         *complete, self._rest = (self._rest + new).split(b"\n")
         if self._mark >= 0:
             with contextlib.suppress(OSError):  # a full disk: the next one says some lines again, or not at all
-                os.pwrite(self._mark, b"%*d" % (DIGITS, self._read - len(self._rest)), 0)
+                # What is left of a line may have been read before the memory was given back.
+                os.pwrite(self._mark, b"%*d" % (DIGITS, max(0, self._read - len(self._rest))), 0)
         return [line.decode(errors="replace") for line in complete]
 
     def close(self) -> None:

@@ -31,12 +31,13 @@ class StationFolder:
 
     Args:
         left: That of a station whose owner has died, and which is taken over instead.
+        spared: Which of those whose owners have died are not removed.
     Raises:
         OSError: It cannot be made, or taken over.
     """
 
-    def __init__(self, left: Path | None = None) -> None:
-        self._folder = TemporaryFolder(PREFIX, _remove_displays, left)
+    def __init__(self, left: Path | None = None, spared: Callable[[Path], bool] = lambda folder: False) -> None:
+        self._folder = TemporaryFolder(PREFIX, _remove_displays, left, spared)
         self.path = self._folder.path
         self._before = {name: os.environ.get(name) for name in (VARIABLE, "TMPDIR")}
         os.environ.update({VARIABLE: str(self.path), "TMPDIR": str(self.path)})
@@ -52,21 +53,32 @@ class StationFolder:
         self._folder.close()
 
 
-def sweep() -> list[str]:
+def sweep(spared: Callable[[Path], bool] = lambda folder: False) -> list[str]:
     """End the programs and remove the files of this user's stations that were killed.
 
+    Args:
+        spared: Which of their folders are left alone, with the programs: somebody else takes them over.
     Returns:
         What was found, for the person: the programs' names, then the folders.
     """
-    found = [f"{name} (process {pid})" for pid, name in end_programs(lambda folder: not owned(folder)).items()]
+    found = [
+        f"{name} (process {pid})"
+        for pid, name in end_programs(lambda folder: not (owned(folder) or spared(folder))).items()
+    ]
     for folder in ownerless(PREFIX):
-        remove(folder, _remove_displays)
-        found.append(str(folder))
+        if not spared(folder):
+            remove(folder, _remove_displays)
+            found.append(str(folder))
     for terminal in Path(os.environ.get("TMUX_TMPDIR", "/tmp"), f"tmux-{os.getuid()}").glob(_TERMINALS):
         if not _answers(terminal):
             terminal.unlink(missing_ok=True)
             found.append(str(terminal))
     return found
+
+
+def belongs(pid: int, folder: Path) -> bool:
+    """Whether this process is a program of the station with this folder."""
+    return any(process == pid and place == folder for process, place, _ in _programs())
 
 
 def end_programs(chosen: Callable[[Path], bool]) -> dict[int, str]:

@@ -6,6 +6,8 @@ roslaunch with its nodes, the ROS master and the virtual display go on, and what
 them is in the station's folder. It starts another roslaunch, which goes on with the nodes. If none comes, roslaunch
 and the master end after WAITS, and the next start sweeps the rest.
 
+    python -m telepresence.station.takeover ROBOT NAME:=VALUE ...     ends such a station; systemd's ExecStopPost
+
 Standard library only.
 """
 
@@ -15,19 +17,21 @@ import contextlib
 import json
 import os
 import subprocess
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from telepresence.security import private_files
 from telepresence.station import program_registry, vitals
-from telepresence.station.absence import goes_on
+from telepresence.station.absence import FILE, goes_on
 from telepresence.station.adopted import Adopted
 from telepresence.station.program_registry import Running
-from telepresence.station.station_folder import PREFIX, StationFolder
+from telepresence.station.station_folder import PREFIX, StationFolder, end_programs, sweep
 from telepresence.temporary_folder import ownerless
 
-FILE = "station.json"
+MASTER_URI = "http://localhost:11311"
+"""Where the ROS master is, unless the environment says otherwise."""
 PROGRAMS = "programs"
 """Folder in the station's folder: what `./stack up` has started itself."""
 ROSLAUNCH, MASTER = "roslaunch", "rosmaster"
@@ -40,6 +44,7 @@ class Left:
 
     Args:
         folder: The station's.
+        master: Address of its ROS master.
         arguments: What it was started with.
         environment: What its `./stack up` had added to its own: keys, the display, the folder for temporary files.
         link: That opens the pilot's page, as it was shown; empty for none.
@@ -48,6 +53,7 @@ class Left:
     """
 
     folder: str
+    master: str
     arguments: list[str]
     environment: dict[str, str]
     link: str
@@ -80,14 +86,40 @@ class Left:
             private_files.write(Path(self.folder, FILE), json.dumps(asdict(self)).encode())
 
 
-def find(arguments: list[str]) -> Left | None:
-    """Return the station that was started with these arguments and goes on without its `./stack up`; None for none."""
+def find(arguments: list[str], master: str) -> Left | None:
+    """Return the station that was started with these arguments at this ROS master, and that goes on without its
+    `./stack up`; None for none."""
     for folder in ownerless(PREFIX) if goes_on() else ():
-        with contextlib.suppress(OSError, ValueError, TypeError):
-            left = Left(**json.loads((folder / FILE).read_bytes()))
-            if left.arguments == arguments and running(folder, ROSLAUNCH) and running(folder, MASTER):
-                return left
+        left = read(folder)
+        if left is not None and (left.arguments, left.master) == (arguments, master):
+            return left
     return None
+
+
+def read(folder: Path) -> Left | None:
+    """Return the station of a folder, if it can be taken over."""
+    with contextlib.suppress(OSError, ValueError, TypeError):
+        left = Left(**json.loads((folder / FILE).read_bytes()))
+        if running(folder, ROSLAUNCH) and running(folder, MASTER):
+            return left
+    return None
+
+
+def spared(own: Left | None, master: str) -> Callable[[Path], bool]:
+    """Return what says which stations without a `./stack up` a new one leaves alone: that which it takes over itself,
+    and those at other masters, which somebody else takes over or which end by themselves. What is left at its own
+    master is in its way."""
+
+    def is_spared(folder: Path) -> bool:
+        left = read(folder)
+        return left is not None and (left == own or left.master != master)
+
+    return is_spared
+
+
+def forget(folder: Path) -> None:
+    """The station ends: nobody takes it over any more."""
+    (folder / FILE).unlink(missing_ok=True)
 
 
 def added(before: Mapping[str, str]) -> dict[str, str]:
@@ -132,3 +164,20 @@ def kill(folder: Path, name: str) -> None:
         program.kill()
         with contextlib.suppress(subprocess.TimeoutExpired):
             program.wait(KILL_TIMEOUT)
+
+
+def main() -> int:
+    """End the station that was started with the arguments of the command line and goes on without its `./stack up`:
+    systemd has stopped that, or has given it up, and will not start another one."""
+    robot, *settings = sys.argv[1:]
+    arguments = [robot, *sorted(settings, key=lambda setting: setting.partition(":=")[0])]
+    left = find(arguments, os.environ.get("ROS_MASTER_URI", MASTER_URI))
+    if left is not None:
+        forget(Path(left.folder))
+        end_programs(lambda folder: folder == Path(left.folder))
+        sweep(spared(None, left.master))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -78,13 +78,16 @@ def main(argv: list[str] | None = None) -> int:
     restrict_new_files()  # logs, in which stands what was said, too
     folder = None
     try:
-        left = takeover.find(named(arguments))
+        master = os.environ.get("ROS_MASTER_URI", takeover.MASTER_URI)
+        left = takeover.find(named(arguments), master)
+        spared = takeover.spared(left, master)
+        for found in station_folder.sweep(spared):
+            print(f"Left by a station that was killed, and ended or removed now: {found}", file=sys.stderr)
         if left is not None:
             folder = left.take()
-        for found in station_folder.sweep():
-            print(f"Left by a station that was killed, and ended or removed now: {found}", file=sys.stderr)
-        start_conditions.require_room()
-        folder = folder or StationFolder()
+        else:
+            start_conditions.require_room()
+            folder = StationFolder(spared=spared)
         start_conditions.say_all(
             start_conditions.raise_descriptor_limit(), start_conditions.choose_log_folder(folder.path / "log")
         )
@@ -167,8 +170,8 @@ def run(plan: Plan, stop: threading.Event, environment: dict[str, str], left: Le
             screen = Screen(plan.settings, faults.report, folder, display)
             ends.callback(screen.close)
         # roslaunch reads its files while roscore starts.
-        beats = Beats(watch / "roslaunch")
         takeover.kill(folder, takeover.ROSLAUNCH)  # the next one goes on with its nodes
+        beats = Beats(watch / "roslaunch")
         start = partial(start_roslaunch, plan.robot, plan.settings, watch, beats, output, errors)
         launch = KeptProgram(
             "roslaunch",
@@ -189,7 +192,7 @@ def run(plan: Plan, stop: threading.Event, environment: dict[str, str], left: Le
         if keeper is not None and goes_on():
             invitation = plan.page.invitation if plan.page is not None else ""
             place = str(screen.folder) if screen is not None else ""
-            Left(str(folder), plan.named, takeover.added(environment), link, invitation, place).save()
+            Left(str(folder), plan.master_uri, plan.named, takeover.added(environment), link, invitation, place).save()
         heartbeat.notify("READY=1")
         programs = Programs(launch, beats, screen.programs if screen is not None else (), keeper)
         return programs.supervise(terminal, faults, printer, stop)
@@ -228,6 +231,7 @@ class Programs(NamedTuple):
             children = (self.launch, *self.screen, self.keeper)
             processes.reap_orphans({program.pid for program in children if program is not None})
         heartbeat.notify("STOPPING=1")
+        takeover.forget(Path(os.environ[station_folder.VARIABLE]))
         printer.say("\nEnding everything ...")
         self.launch.close(patience=8.0)
         return 0

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from telepresence.station import absence, takeover
+from telepresence.station import absence, station_folder, takeover
 from telepresence.station.absence import Absence
 from telepresence.station.adopted import UNKNOWN, Adopted
+from telepresence.station.station_folder import StationFolder
 from telepresence.station.takeover import Left
 
 OWNER = """
@@ -19,6 +20,7 @@ folder = TemporaryFolder("telepresence-station-")
 print(folder.path, flush=True)
 signal.pause()
 """
+MASTER, ANOTHER = "http://127.0.0.1:11311", "http://127.0.0.1:11312"
 NOBODY = 0
 """No process's parent."""
 
@@ -51,16 +53,16 @@ def end(process):
 def test_it_begins_with_the_death_of_the_owner_and_ends_with_the_next(owner, monkeypatch):
     process, folder = owner
     away = Absence(NOBODY, folder)
-    assert not away.begins() and not away.too_long
+    assert not away.begins() and not away.too_long()
     end(process)
     assert away.begins() and not away.begins(), "once"
     monkeypatch.setattr(absence, "WAITS", -1.0)
-    assert away.too_long
-    left = Left(str(folder), [], {"OF_THE_STATION": "1"}, "", "", "")
+    assert away.too_long()
+    left = Left(str(folder), MASTER, [], {"OF_THE_STATION": "1"}, "", "", "")
     monkeypatch.setattr("os.environ", dict(os.environ))
     taken = left.take()
     try:
-        assert not away.begins() and not away.too_long, "somebody else owns it"
+        assert not away.begins() and not away.too_long(), "somebody else owns it"
         assert os.environ["OF_THE_STATION"] == "1" and os.environ["TMPDIR"] == str(folder)
     finally:
         taken.close()
@@ -74,20 +76,37 @@ def test_who_has_its_parent_misses_nobody(owner):
 
 def test_only_a_station_with_the_same_arguments_whose_programs_run_is_found(owner, sleeper, monkeypatch):
     process, folder = owner
-    left = Left(str(folder), ["pepper", "gui:=false"], {}, "https://localhost/#k=1", "", "")
+    left = Left(str(folder), MASTER, ["pepper", "gui:=false"], {}, "https://localhost/#k=1", "", "")
     left.save()
     for name in (takeover.ROSLAUNCH, takeover.MASTER):
         takeover.note(folder, name, sleeper.pid)
-    assert takeover.find(left.arguments) is None, "its owner lives"
+    assert takeover.find(left.arguments, MASTER) is None, "its owner lives"
     end(process)
-    assert takeover.find(left.arguments) == left
-    assert takeover.find(["pepper"]) is None
+    assert takeover.find(left.arguments, MASTER) == left
+    assert takeover.find(["pepper"], MASTER) is None and takeover.find(left.arguments, ANOTHER) is None
     monkeypatch.delenv(absence.VARIABLE)
-    assert takeover.find(left.arguments) is None, "nobody starts it again, so it has not gone on either"
+    assert takeover.find(left.arguments, MASTER) is None, "nobody starts it again, so it has not gone on either"
     monkeypatch.setenv(absence.VARIABLE, "1")
     takeover.kill(folder, takeover.MASTER)
     sleeper.wait()
-    assert takeover.find(left.arguments) is None
+    assert takeover.find(left.arguments, MASTER) is None
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_a_new_station_ends_what_is_left_at_its_master_and_no_station_at_another_one(owner, sleeper, own):
+    process, folder = owner
+    Left(str(folder), MASTER if own else ANOTHER, ["robotino"], {}, "", "", "").save()
+    for name in (takeover.ROSLAUNCH, takeover.MASTER):
+        takeover.note(folder, name, sleeper.pid)
+    end(process)
+    spared = takeover.spared(None, MASTER)
+    station_folder.sweep(spared)
+    assert folder.exists() is not own
+    StationFolder(spared=spared).close()
+    assert folder.exists() is not own
+    takeover.forget(folder)
+    station_folder.sweep(spared)
+    assert not folder.exists(), "a station that ends is nobody's"
 
 
 def test_what_cannot_be_read_is_no_station(owner):
@@ -95,7 +114,7 @@ def test_what_cannot_be_read_is_no_station(owner):
     end(process)
     for text in (b"", b"[]", b'{"folder": 1}', b"\xff"):
         (folder / takeover.FILE).write_bytes(text)
-        assert takeover.find([]) is None
+        assert takeover.find([], MASTER) is None
 
 
 def test_a_program_that_was_adopted_is_waited_for_and_ended(sleeper):

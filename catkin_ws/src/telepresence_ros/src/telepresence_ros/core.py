@@ -134,7 +134,7 @@ def keep_rosout(folder: Path, stop: threading.Event, watch: Path | None = None) 
         rosout.poll(elapsed)
         if absence is not None:
             absence.begins()
-            if absence.too_long:
+            if absence.too_long():
                 break
         if faults is not None:
             faults.flush()

@@ -93,7 +93,7 @@ class NodeMonitor(pmon.ProcessMonitor):
         if self.absence is not None:
             if self.absence.begins() and self.faults is not None:
                 self.faults.report(STATION, "died", what_next(0.0))
-            if self.absence.too_long:
+            if self.absence.too_long():
                 self.is_shutdown = True
 
     def _lost_station(self) -> bool:
