@@ -18,6 +18,8 @@ VARIABLE = "TELEPRESENCE_GOES_ON"
 """Environment variable: whether somebody starts `./stack up` again."""
 FILE = "station.json"
 """File in the station's folder, with what the next `./stack up` has to know; without it nobody takes over."""
+OWNER = "owner"
+"""And with the process id of the newest `./stack up`."""
 WAITS = 10.0
 """Seconds for which the station's programs go on without it."""
 
@@ -27,21 +29,33 @@ def goes_on() -> bool:
     return VARIABLE in os.environ
 
 
+def name_owner(folder: Path) -> None:
+    """Write into a station's folder that this process owns it."""
+    (folder / OWNER).write_text(str(os.getpid()), encoding="ascii")
+
+
 class Absence:
-    """For how long a station has been without `./stack up`, as seen by a program that it has started.
+    """For how long a station has been without `./stack up`, as seen by a program that goes on.
 
     Args:
-        parent: Process id of the `./stack up` that has started this program.
         folder: The station's, which `./stack up` owns.
     """
 
-    def __init__(self, parent: int, folder: Path) -> None:
-        self._parent, self._folder = parent, folder
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
         self._since: float | None = None
+
+    @property
+    def owner(self) -> int:
+        """Process id of the newest `./stack up`; 0 when that is not known."""
+        try:
+            return int((self._folder / OWNER).read_text(encoding="ascii"))
+        except (OSError, ValueError):
+            return 0
 
     def begins(self) -> bool:
         """Look; whether it is away, and was not at the last look."""
-        if os.getppid() == self._parent or owned(self._folder):
+        if owned(self._folder):
             self._since = None
         elif self._since is None:
             self._since = time.monotonic()

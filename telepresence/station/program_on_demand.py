@@ -7,6 +7,7 @@ import socket
 import subprocess
 from collections.abc import Callable
 
+from telepresence.station.adopted import Adopted
 from telepresence.station.kept_program import KeptProgram, Report
 
 
@@ -21,7 +22,7 @@ class ProgramOnDemand:
     """
 
     def __init__(
-        self, name: str, listening: socket.socket, start: Callable[[], subprocess.Popen], report: Report
+        self, name: str, listening: socket.socket, start: Callable[[], subprocess.Popen | Adopted], report: Report
     ) -> None:
         self._name, self._listening, self._start, self._report = name, listening, start, report
         self._program: KeptProgram | None = None

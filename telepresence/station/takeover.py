@@ -139,11 +139,14 @@ def note(folder: Path, name: str, pid: int) -> None:
     program_registry.remember(folder / PROGRAMS, Running(name, pid, vitals.start_time(pid), []))
 
 
-def noted(folder: Path, name: str, start: Callable[[], subprocess.Popen]) -> Callable[[], subprocess.Popen]:
-    """Return what starts a program and notes that."""
+def noted(
+    folder: Path, name: str, start: Callable[[], subprocess.Popen], running: Adopted | None = None
+) -> Callable[[], subprocess.Popen | Adopted]:
+    """Return what starts a program and notes that; the first time it goes on with the one that runs, if one does."""
+    going_on = [running] if running is not None else []
 
-    def start_and_note() -> subprocess.Popen:
-        process = start()
+    def start_and_note() -> subprocess.Popen | Adopted:
+        process = going_on.pop() if going_on else start()
         note(folder, name, process.pid)
         return process
 

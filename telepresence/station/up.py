@@ -29,7 +29,7 @@ from telepresence.station import (
     takeover,
     vitals,
 )
-from telepresence.station.absence import goes_on
+from telepresence.station.absence import goes_on, name_owner
 from telepresence.station.announcement import (
     FIRST_PICTURE,
     NO_SOUND,
@@ -88,6 +88,7 @@ def main(argv: list[str] | None = None) -> int:
         else:
             start_conditions.require_room()
             folder = StationFolder(spared=spared)
+        name_owner(folder.path)
         start_conditions.say_all(
             start_conditions.raise_descriptor_limit(), start_conditions.choose_log_folder(folder.path / "log")
         )
@@ -170,12 +171,12 @@ def run(plan: Plan, stop: threading.Event, environment: dict[str, str], left: Le
             screen = Screen(plan.settings, faults.report, folder, display)
             ends.callback(screen.close)
         # roslaunch reads its files while roscore starts.
-        takeover.kill(folder, takeover.ROSLAUNCH)  # the next one goes on with its nodes
         beats = Beats(watch / "roslaunch")
+        beats.ready = left is not None
         start = partial(start_roslaunch, plan.robot, plan.settings, watch, beats, output, errors)
         launch = KeptProgram(
             "roslaunch",
-            takeover.noted(folder, takeover.ROSLAUNCH, start),
+            takeover.noted(folder, takeover.ROSLAUNCH, start, takeover.adopted(folder, takeover.ROSLAUNCH)),
             faults.report,
             beats,
             ended=lambda code: ended_for_good(code, beats.ready),

@@ -21,8 +21,6 @@ print(folder.path, flush=True)
 signal.pause()
 """
 MASTER, ANOTHER = "http://127.0.0.1:11311", "http://127.0.0.1:11312"
-NOBODY = 0
-"""No process's parent."""
 
 
 @pytest.fixture
@@ -52,7 +50,7 @@ def end(process):
 
 def test_it_begins_with_the_death_of_the_owner_and_ends_with_the_next(owner, monkeypatch):
     process, folder = owner
-    away = Absence(NOBODY, folder)
+    away = Absence(folder)
     assert not away.begins() and not away.too_long()
     end(process)
     assert away.begins() and not away.begins(), "once"
@@ -63,15 +61,12 @@ def test_it_begins_with_the_death_of_the_owner_and_ends_with_the_next(owner, mon
     taken = left.take()
     try:
         assert not away.begins() and not away.too_long(), "somebody else owns it"
+        assert away.owner == 0
+        absence.name_owner(folder)
+        assert away.owner == os.getpid()
         assert os.environ["OF_THE_STATION"] == "1" and os.environ["TMPDIR"] == str(folder)
     finally:
         taken.close()
-
-
-def test_who_has_its_parent_misses_nobody(owner):
-    process, folder = owner
-    end(process)
-    assert not Absence(os.getppid(), folder).begins()
 
 
 def test_only_a_station_with_the_same_arguments_whose_programs_run_is_found(owner, sleeper, monkeypatch):

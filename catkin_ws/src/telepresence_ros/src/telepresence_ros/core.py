@@ -126,7 +126,7 @@ def keep_rosout(folder: Path, stop: threading.Event, watch: Path | None = None) 
         faults.report if faults is not None else lambda *fault: None,
         beats,
     )
-    absence = Absence(os.getppid(), Path(os.environ[station_folder.VARIABLE])) if goes_on() else None
+    absence = Absence(Path(os.environ[station_folder.VARIABLE])) if goes_on() else None
     looked = time.monotonic()
     while not stop.wait(vitals.PERIOD):
         heartbeat.beat()

@@ -86,6 +86,8 @@ class NodeMonitor(pmon.ProcessMonitor):
     def _look_at_station(self) -> None:
         """Report that who started us was stopped. It is for others to end it (systemd): the nodes need us, not it. End
         when it has died and nobody has started another one."""
+        if self.absence is not None and self.station is not None and not start_time(self.station):
+            self.station = self.absence.owner or self.station
         stands = self.station is not None and state(self.station) == "T"
         if stands and not self._station_stands and self.faults is not None:
             self.faults.report(STATION, "froze", "is not waited for: everything goes on")
@@ -99,6 +101,8 @@ class NodeMonitor(pmon.ProcessMonitor):
     def _lost_station(self) -> bool:
         """Whether the station that started us has died. The kernel says so when its first thread has ended; as long as
         another one has not, it is our parent still."""
+        if self.absence is not None:
+            return self.absence.too_long()
         return self.station is not None and (os.getppid() != self.station or not start_time(self.station))
 
     def _look_at_starter(self) -> None:

@@ -89,7 +89,7 @@ def supervise(folder: Path, station: int | None, starter: NodeStarter, waits: bo
     roslaunch.pmon.ProcessMonitor = NodeMonitor
     NodeMonitor.faults = FaultReporter(folder / SOCKET)
     NodeMonitor.station, NodeMonitor.starter = station, starter
-    NodeMonitor.absence = Absence(station, folder.parent) if station is not None and waits else None
+    NodeMonitor.absence = Absence(folder.parent) if station is not None and waits else None
     Supervisor.folder = folder
     if station is not None:
         # The station's master has its parameters and `rosout`. roscore.xml would have them asked for by two commands.
