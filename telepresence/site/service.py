@@ -54,7 +54,7 @@ STATION_ENDING = f"""\
 Environment={VARIABLE}=1
 KillMode=process
 # Where no other one is started, nothing goes on.
-ExecStopPost=/bin/sh -c 'case "$$SERVICE_RESULT" in success|timeout|exit-code) exec "$$@" ;; esac' sh {{rest}}"""
+ExecStopPost=/bin/sh -c 'case "$$SERVICE_RESULT" in success|timeout|exit-code) exec "$$@" ;; esac' sh {{sweep}}"""
 SITE_ENDING = """\
 # Every program of the site gets SIGTERM, so that each driver stops its robot, then SIGKILL.
 KillMode=control-group"""
@@ -93,17 +93,17 @@ def unit(arguments: list[str], command: str = "up", stop: float = STOP, ending: 
         stop: [s] that its programs have to end.
         ending: How they are ended.
     """
-    line = _line(*command.split(), *arguments)
+    line = _line(str(ROOT / "stack"), *command.split(), *arguments)
     title = " ".join([f"./stack {command}", *arguments]).replace("%", "%%")
     root = str(ROOT).replace("%", "%%")
-    rest = _line("exec", "python", "-m", "telepresence.station.takeover", *arguments)
-    ending = ending.format(rest=rest)
+    as_user = ("env", f"PYTHONPATH={ROOT}", "python3", "-m", "telepresence.station.unprivileged")
+    ending = ending.format(sweep=_line(*as_user, "python3", "-m", "telepresence.station.takeover"))
     return UNIT.format(title=title, root=root, command=line, watchdog=WATCHDOG_PERIOD, stop=stop, ending=ending)
 
 
 def _line(*words: str) -> str:
-    """A command line of `./stack`."""
-    return " ".join(_quoted(word) for word in (str(ROOT / "stack"), *words))
+    """A command line."""
+    return " ".join(map(_quoted, words))
 
 
 def _quoted(word: str) -> str:

@@ -8,6 +8,7 @@ is left then is for the next start to sweep. Standard library only.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
 from pathlib import Path
@@ -30,8 +31,9 @@ def goes_on() -> bool:
 
 
 def name_owner(folder: Path) -> None:
-    """Write into a station's folder that this process owns it."""
-    (folder / OWNER).write_text(str(os.getpid()), encoding="ascii")
+    """Write into a station's folder that this process owns it; a full disk only costs that others know."""
+    with contextlib.suppress(OSError):
+        (folder / OWNER).write_text(str(os.getpid()), encoding="ascii")
 
 
 class Absence:
@@ -55,7 +57,11 @@ class Absence:
 
     def begins(self) -> bool:
         """Look; whether it is away, and was not at the last look."""
-        if owned(self._folder):
+        try:
+            there = owned(self._folder)
+        except OSError:  # no descriptor is free: that says nothing
+            return False
+        if there:
             self._since = None
         elif self._since is None:
             self._since = time.monotonic()

@@ -7,6 +7,7 @@ program than those that it judges: it reads `drive_state` as any ROS node does, 
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import json
 import os
@@ -49,7 +50,8 @@ def note(folder: Path, master_uri: str, page: str, robots: int) -> None:
         robots: How many have a driver.
     """
     text = json.dumps({"master": master_uri, "page": page, "robots": robots})
-    (folder / NOTE).write_text(text, encoding="utf-8")
+    with contextlib.suppress(OSError):  # a full disk: the check says that the station is not up
+        (folder / NOTE).write_text(text, encoding="utf-8")
 
 
 def check(folder: Path) -> None:

@@ -70,6 +70,8 @@ class MasterKeeper:
         self._folder = folder or self._end.enter_context(TemporaryFolder("telepresence-master-"))
         self._beats = Beats(self._folder / "master")
         self.restarts = 0
+        self.adopted = False
+        """Whether it went on with a master that ran, and that knows its parameters."""
         self._reviving, self._revivals = False, 0
         self._parameters: dict = {}
         self._nodes: dict[str, str] = {}
@@ -112,6 +114,7 @@ class MasterKeeper:
             running.kill()
             running.wait()
             running = None
+        self.adopted = running is not None
         self._process = running or processes.start(
             command, tied=not goes_on(), stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, env=environment
         )

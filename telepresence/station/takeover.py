@@ -6,7 +6,7 @@ roslaunch with its nodes, the ROS master and the virtual display go on, and what
 them is in the station's folder. It starts another roslaunch, which goes on with the nodes. If none comes, roslaunch
 and the master end after WAITS, and the next start sweeps the rest.
 
-    python -m telepresence.station.takeover ROBOT NAME:=VALUE ...     ends such a station; systemd's ExecStopPost
+    python3 -m telepresence.station.takeover     ends such a station instead, see `./stack service`
 
 Standard library only.
 """
@@ -27,7 +27,7 @@ from telepresence.station import program_registry, vitals
 from telepresence.station.absence import FILE, goes_on
 from telepresence.station.adopted import Adopted
 from telepresence.station.program_registry import Running
-from telepresence.station.station_folder import PREFIX, StationFolder, end_programs, sweep
+from telepresence.station.station_folder import PREFIX, StationFolder, sweep
 from telepresence.temporary_folder import ownerless
 
 MASTER_URI = "http://localhost:11311"
@@ -170,15 +170,8 @@ def kill(folder: Path, name: str) -> None:
 
 
 def main() -> int:
-    """End the station that was started with the arguments of the command line and goes on without its `./stack up`:
-    systemd has stopped that, or has given it up, and will not start another one."""
-    robot, *settings = sys.argv[1:]
-    arguments = [robot, *sorted(settings, key=lambda setting: setting.partition(":=")[0])]
-    left = find(arguments, os.environ.get("ROS_MASTER_URI", MASTER_URI))
-    if left is not None:
-        forget(Path(left.folder))
-        end_programs(lambda folder: folder == Path(left.folder))
-        sweep(spared(None, left.master))
+    """End what a `./stack up` at this ROS master has left, which systemd has stopped or given up: there is no next."""
+    sweep(spared(None, os.environ.get("ROS_MASTER_URI", MASTER_URI)))
     return 0
 
 

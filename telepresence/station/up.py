@@ -14,7 +14,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -185,6 +185,8 @@ def run(plan: Plan, stop: threading.Event, environment: dict[str, str], left: Le
         if left is not None or not uses_running_master(plan.master_uri, printer, stop):
             keeper = MasterKeeper(plan.master_uri, watch, faults.report, folder)
             ends.callback(keeper.close)
+            if left is not None and not keeper.adopted:
+                takeover.kill(folder, takeover.ROSLAUNCH)  # the next one gives the new master its parameters
         health.note(folder, plan.master_uri, plan.page.url if plan.page is not None else "", plan.stations)
         if left is not None:
             printer.say("This station went on without a ./stack up that has died, and is taken over by this one.")
@@ -193,10 +195,17 @@ def run(plan: Plan, stop: threading.Event, environment: dict[str, str], left: Le
         if keeper is not None and goes_on():
             invitation = plan.page.invitation if plan.page is not None else ""
             place = str(screen.folder) if screen is not None else ""
-            Left(str(folder), plan.master_uri, plan.named, takeover.added(environment), link, invitation, place).save()
+            added = takeover.added(environment)
+            keep = Left(str(folder), plan.master_uri, plan.named, added, link, invitation, place).save
+        else:
+            keep = nothing
         heartbeat.notify("READY=1")
         programs = Programs(launch, beats, screen.programs if screen is not None else (), keeper)
-        return programs.supervise(terminal, faults, printer, stop)
+        return programs.supervise(terminal, faults, printer, stop, keep)
+
+
+def nothing() -> None:
+    """Where nobody takes a station over."""
 
 
 class Programs(NamedTuple):
@@ -214,15 +223,27 @@ class Programs(NamedTuple):
     keeper: MasterKeeper | None
 
     def supervise(
-        self, terminal: Terminal, faults: FaultReporter, printer: TerminalPrinter, stop: threading.Event
+        self,
+        terminal: Terminal,
+        faults: FaultReporter,
+        printer: TerminalPrinter,
+        stop: threading.Event,
+        keep: Callable[[], None],
     ) -> int:
-        """Start again what dies or freezes, until `stop` is set or roslaunch ends; return the exit code."""
-        looked = time.monotonic()
+        """Start again what dies or freezes, until `stop` is set or roslaunch ends; return the exit code.
+
+        Args:
+            keep: Called once, when every node was started: from then on the station can be taken over.
+        """
+        looked, kept = time.monotonic(), False
         while not stop.wait(vitals.PERIOD):
             heartbeat.beat()
             elapsed, looked = time.monotonic() - looked, time.monotonic()
             code = self.launch.poll(elapsed)
             terminal.poll(self.beats.ready)
+            if self.beats.ready and not kept:
+                kept = True
+                keep()
             if code is not None:
                 printer.warn("roslaunch ended")
                 return code or 1
