@@ -34,17 +34,23 @@ node, robot = RosNode(), ROBOTS["pepper"]
 quick = tuple(replace(row, timeout=0.5) for row in robot.services)
 link = RosLink(node, replace(robot, services=quick))
 
-def call(title, name, wanted, **more):
-    link.call(name, wanted, then=lambda answer: print(title, answer.ok, answer.arrived, flush=True), **more)
+def call(title, name, wanted, after=lambda: None, **more):
+    def answered(answer):
+        print(title, answer.ok, answer.arrived, flush=True)
+        after()
+
+    link.call(name, wanted, then=answered, **more)
 
 def begin():
     if not node.joined:
         return
     timer.stop()
-    call("impatient", "talk", True)
+    call("impatient", "talk", True, after=end)  # finish() blocks: what it waited for could come before its time-out
     call("patient", "talk", True, patient=True)
     call("dying", "mute_microphone", True, patient=True)
     call("nobody", "mute_speaker", True, patient=True)
+
+def end():
     link.set_open(False)
     call("signed out", "conversation", True)
     call("ending", "conversation", False, signed_out=True)
@@ -76,5 +82,5 @@ def test_every_call_gets_the_answer_that_it_waits_for(ros_master, run_program, w
         "finished",
     }
     lines = lambda: output.read_text().splitlines()  # noqa: E731
-    wait_until(lambda: wanted <= set(lines()), lambda: lines())
+    wait_until(lambda: wanted <= set(lines()), "every answer has come")
     assert lines().index("ending True True") < lines().index("finished"), "nothing ends before it is heard"
