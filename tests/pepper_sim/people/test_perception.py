@@ -268,7 +268,7 @@ def test_awareness_tracks_a_person_and_opens_a_session(naoqi, stranger, data, ev
     awareness.setEnabled(True)
     assert awareness.isRunning() and awareness.engagePerson(1) is False and users.getFocusedUser() == -1
     stranger.place(1.5, -0.7, math.pi)
-    wait_until(lambda: tracked, "somebody is tracked")
+    wait_until(lambda: tracked and stimuli, "somebody is tracked")
     assert stimuli == ["People"] and tracked == data("PeoplePerception/PeopleList")
     yaw = math.atan2(-0.7, 1.43)
     wait_until(lambda: abs(naoqi.robot.snapshot().joint_positions["HeadYaw"] - yaw) < 0.1, "the head turned")
