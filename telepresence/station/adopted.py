@@ -1,4 +1,6 @@
-"""A program that somebody has started who is gone: what `subprocess.Popen` is for a child. Standard library only."""
+"""A running program that is not our child, as who started it is gone; used like `subprocess.Popen`. Standard library
+only.
+"""
 
 from __future__ import annotations
 

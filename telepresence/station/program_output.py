@@ -38,7 +38,9 @@ class ProgramOutput:
         fcntl.fcntl(self.descriptor, fcntl.F_SETFL, flags | os.O_APPEND)  # of the file, for all who have it open
         self._mark = os.open(mark, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600) if mark is not None else -1
         self._read = 0
-        if left is not None:  # which may have given memory back after it marked how much it had read
+        if (
+            left is not None and self._mark >= 0
+        ):  # which may have given memory back after it marked how much it had read
             self._read = min(int(os.pread(self._mark, DIGITS, 0) or 0), os.fstat(left).st_size)
         self._rest = b""
         self._file = -1

@@ -154,7 +154,9 @@ def run(plan: Plan, stop: threading.Event, environment: dict[str, str], left: Le
     faults = FaultReporter(watch / FAULTS)
     printed = left.printed() if left is not None else (None, None)
     output, errors = (
-        ProgramOutput(log_folder() / f"stack_up-{os.getpid()}{ending}", folder / f"read{ending}", there)
+        ProgramOutput(
+            log_folder() / f"stack_up-{os.getpid()}{ending}", folder / f"read{ending}" if goes_on() else None, there
+        )
         for ending, there in zip(OUTPUTS, printed, strict=True)
     )
     with contextlib.ExitStack() as ends:

@@ -23,6 +23,17 @@ def talking(open_window, link, spin):
     return window
 
 
+@pytest.fixture
+def silent(open_window, link):
+    """A window that has begun a conversation and ended it."""
+    window = open_window(Attach.NEVER)
+    link.become(**RUNNING)
+    for _ in range(2):
+        window.feedButton.click()
+    assert begun(link) == {"show_page": False, "conversation": False}
+    return window
+
+
 def test_who_only_watches_neither_begins_nor_ends_the_conversation(open_window, link):
     window = open_window(Attach.NEVER)
     link.lease.update(pilot="ben", window="/other")
@@ -80,18 +91,13 @@ def test_a_conversation_that_does_not_end_is_said(talking, link, spin, monkeypat
 
 
 @pytest.mark.parametrize("end", ["Robot feed", "signing out"])
-def test_a_begin_that_is_on_its_way_is_ended_when_it_has_arrived(open_window, link, end):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    for _ in range(2):
-        window.feedButton.click()
-    assert begun(link) == {"show_page": False, "conversation": False}
+def test_a_begin_that_is_on_its_way_is_ended_when_it_has_arrived(silent, link, end):
     link.slow.update(("show_page", "conversation"))
-    window.feedButton.click()
+    silent.feedButton.click()
     if end == "Robot feed":
-        window.feedButton.click()
+        silent.feedButton.click()
     else:
-        window.controller.dismiss()
+        silent.controller.dismiss()
     assert begun(link) == {"show_page": True, "conversation": True}, "one call at a time"
     link.slow.clear()
     for answered in link.waiting:
@@ -150,12 +156,7 @@ def test_a_sentence_that_nobody_hears_stays_in_its_field(open_window, link):
     assert ("say", "May I come in?") in link.sent and panel.sentence.text() == ""
 
 
-def test_programs_that_are_started_after_an_end_begin_as_they_are_told(open_window, link, spin):
-    window = open_window(Attach.NEVER)
-    link.become(**RUNNING)
-    for _ in range(2):
-        window.feedButton.click()
-    assert begun(link) == {"show_page": False, "conversation": False}
+def test_programs_that_are_started_after_an_end_begin_as_they_are_told(silent, link):
     link.become(master=True, joined=True)
     link.called.clear()
     link.become(**RUNNING)
