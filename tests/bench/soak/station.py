@@ -19,7 +19,7 @@ from media.far_network import FarNetwork
 
 from telepresence.security.robot_key import RobotKey
 from telepresence.station import processes
-from telepresence.station.up import HEAP
+from telepresence.station.plan import HEAP
 from telepresence.web.page_auth import make_token
 
 ROOT = Path(__file__).resolve().parents[3]
