@@ -2,137 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
-import os
-import select
-import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import qi
-from naoqi_driver.onboard.last_stop import LastStop
 from naoqi_driver.onboard.naoqi_link import is_near
 from naoqi_driver.onboard.pepper_base import FAR_SPEED, far_motion, far_velocity
+from onboard_pepper import drive
 from python2_syntax import assert_python_2
 
 from telepresence.drive.link import DriveLink
-from telepresence.security.robot_key import RobotKey
 
 ROBOT = Path(__file__).resolve().parents[4] / "catkin_ws" / "src" / "naoqi_driver_py" / "robot"
-
-
-class Motion:
-    """The part of ALMotion that drives, without physics: a motion or a stop ends when the test says so."""
-
-    def __init__(self) -> None:
-        self.calls: list[tuple] = []
-        self.hangs = self.stands = False
-        self._waiting: list[qi.Promise] = []
-
-    def move(self, x: float, y: float, theta: float) -> qi.Future:
-        self.calls.append(("move", round(x, 3), round(y, 3), round(theta, 3)))
-        return self._later(not self.hangs)
-
-    def moveTo(self, *arguments: object) -> qi.Future:
-        self.calls.append(("moveTo", *arguments))
-        return self._later(False)
-
-    def stopMove(self) -> qi.Future:
-        self.calls.append(("stopMove",))
-        return self._later(self.stands)
-
-    def killMove(self) -> None:
-        self.calls.append(("killMove",))
-        self.arrive(True)
-
-    def moveIsActive(self) -> bool:
-        return False
-
-    def arrive(self, reached: bool) -> None:
-        waiting, self._waiting = self._waiting, []
-        for promise in waiting:
-            promise.setValue(reached)
-
-    def names(self) -> list[str]:
-        """What was called, repetitions left out."""
-        names = [call[0] for call in self.calls]
-        return [name for name, before in zip(names, [None, *names], strict=False) if name != before]
-
-    def _later(self, at_once: bool) -> qi.Future:
-        promise = qi.Promise()
-        if at_once:
-            promise.setValue(True)
-        else:
-            self._waiting.append(promise)
-        return promise.future()
-
-
-@pytest.fixture(scope="module")
-def maker():
-    spec = importlib.util.spec_from_file_location("make_drive_server", ROBOT / "make_drive_server.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
-def folder(maker, tmp_path_factory) -> Path:
-    made = tmp_path_factory.mktemp("pepper") / "onboard"
-    assert maker.main([str(made)]) == 0
-    return made
-
-
-@pytest.fixture
-def motion(naoqi) -> Motion:
-    made = Motion()
-    naoqi.register("ALMotion", made)
-    return made
-
-
-class Server:
-    def __init__(self, folder: Path, url: str, *options: str, **environment: str) -> None:
-        program = [sys.executable, "-S", str(folder / "drive_server.py"), "--qi-url", url, "--port", "0", *options]
-        # Neither the vendor's packages nor ours beside it: all that it needs is in the file.
-        self.process = subprocess.Popen(
-            program, env={**os.environ, "PYTHONPATH": "", **environment}, stdout=subprocess.PIPE, text=True
-        )
-        self.port = int(self.process.stdout.readline().rpartition(":")[2])
-
-    def link(self, key: RobotKey | None) -> DriveLink:
-        return DriveLink(f"127.0.0.1:{self.port}", key)
-
-    def kill(self) -> None:
-        self.process.kill()
-        self.process.wait(10)
-        self.process.stdout.close()
-
-    def end(self) -> int:
-        self.process.send_signal(signal.SIGTERM)
-        status = self.process.wait(10)
-        self.process.stdout.close()
-        return status
-
-
-@pytest.fixture
-def start(folder) -> Iterator:
-    started: list[Server] = []
-
-    def run(url: str, *options: str, **environment: str) -> Server:
-        started.append(Server(folder, url, *options, **environment))
-        return started[-1]
-
-    yield run
-    assert [each.end() for each in started] == [0] * len(started)
-
-
-@pytest.fixture
-def key(folder) -> RobotKey:
-    return RobotKey.read(folder / "robot.key")
 
 
 @pytest.fixture
@@ -154,14 +38,6 @@ def make_pilot(start, key, naoqi, motion, until_true) -> Iterator:
 def state(pilot: DriveLink) -> str:
     report = pilot.report()[0]
     return report.state if report else ""
-
-
-def drive(pilot: DriveLink, motion: Motion, until_true, name: str = "move") -> None:
-    def driven() -> bool:
-        pilot.drive(0.2, 0.0, 0.1)
-        return motion.calls[-1:] != [] and motion.calls[-1][0] == name
-
-    until_true(driven, "the robot drives")
 
 
 def test_what_runs_on_the_robot_is_also_python_2(maker):
@@ -187,90 +63,8 @@ def test_drives_brakes_hard_in_silence_and_gently_when_let_go(make_pilot, motion
     motion.calls.clear()
     drive(pilot, motion, until_true)
     motion.stands, pilot._session = False, None  # the pilot dies: no word more
-    until_true(lambda: motion.names() == ["move", "stopMove", "killMove"], "nothing is heard from the pilot")
-
-
-@pytest.mark.parametrize("end", [signal.SIGSTOP, signal.SIGKILL])
-def test_a_server_that_freezes_or_dies_leaves_no_velocity_behind(folder, naoqi, motion, key, until_true, end):
-    server = Server(folder, f"tcp://127.0.0.1:{naoqi.port}")
-    pilot = server.link(key)
-    try:
-        until_true(lambda: motion.names() == ["stopMove", "killMove"], "the server has found NAOqi")
-        drive(pilot, motion, until_true)
-        until_true(lambda: connections(naoqi.port) == 2, "both are connected")
-        drive(pilot, motion, until_true)
-        server.process.send_signal(end)
-        until_true(lambda: motion.names()[-2:] == ["stopMove", "killMove"], "the second process stops the robot")
-    finally:
-        pilot.close()
-        server.kill()
-    until_true(lambda: connections(naoqi.port) == 0, "the second process ends with the first")
-
-
-@pytest.mark.parametrize(("end", "befallen"), [(signal.SIGSTOP, "froze"), (signal.SIGKILL, "died")])
-def test_a_second_process_that_freezes_or_dies_is_told_of_and_replaced(
-    folder, naoqi, motion, key, until_true, end, befallen
-):
-    server = Server(folder, f"tcp://127.0.0.1:{naoqi.port}")
-    pilot = server.link(key)
-    try:
-        until_true(lambda: motion.names() == ["stopMove", "killMove"], "the server has found NAOqi")
-        until_true(lambda: connections(naoqi.port) == 2, "both are connected")
-        drive(pilot, motion, until_true)
-        (first,) = children(server.process.pid)
-        os.kill(first, end)
-
-        def told() -> bool:
-            pilot.drive(0.2, 0.0, 0.1)
-            report = pilot.report()[0]
-            return report.state == "fault" and befallen in report.reason and report.given[0] == pytest.approx(0.2)
-
-        until_true(told, "the pilot is told, and drives on")
-        until_true(lambda: children(server.process.pid) not in ([], [first]), "another one is there")
-        until_true(lambda: connections(naoqi.port) == 2, "it is connected")
-        motion.calls.clear()
-        drive(pilot, motion, until_true)
-        server.process.send_signal(signal.SIGSTOP)
-        until_true(lambda: motion.names()[-2:] == ["stopMove", "killMove"], "it stops the robot")
-    finally:
-        pilot.close()
-        server.kill()
-
-
-def test_the_second_process_stops_the_robot_for_a_server_that_has_lost_naoqi(folder, naoqi, motion, until_true):
-    program = [sys.executable, "-S", str(folder / "drive_server.py"), "--qi-url", f"tcp://127.0.0.1:{naoqi.port}"]
-    second = LastStop([*program, "--last-stop"])
-
-    def answers() -> bool:
-        assert not second.note(False, time.monotonic())  # while it moves, a test that is held up would stop it, too
-        return select.select([second._ours], [], [], 0)[0]
-
-    try:
-        until_true(answers, "the second process runs")
-        second.stop()
-        second.note(False, time.monotonic())
-        until_true(lambda: motion.names() == ["stopMove", "killMove"], "the robot is stopped")
-    finally:
-        second.close()
-
-
-def test_a_server_ends_also_when_its_second_process_is_frozen(folder, naoqi, motion, until_true):
-    server = Server(folder, f"tcp://127.0.0.1:{naoqi.port}")
-    until_true(lambda: connections(naoqi.port) == 2, "both are connected")
-    (second,) = children(server.process.pid)
-    os.kill(second, signal.SIGSTOP)
-    assert server.end() == 0
-    assert not Path(f"/proc/{second}").exists()
-
-
-def children(pid: int) -> list[int]:
-    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
-
-
-def connections(port: int) -> int:
-    """How many clients have a connection to a port of this machine, by /proc/net/tcp."""
-    lines = Path("/proc/net/tcp").read_text().splitlines()[1:]
-    return sum(line.split()[2].endswith(f":{port:04X}") and line.split()[3] == "01" for line in lines)
+    # A stop that came while `move` was unanswered is sent again, so that one may come before this.
+    until_true(lambda: motion.names()[-3:] == ["move", "stopMove", "killMove"], "nothing is heard from the pilot")
 
 
 def test_an_almotion_that_hangs_gets_no_second_velocity_and_the_reports_go_on(make_pilot, motion, until_true):
@@ -285,7 +79,8 @@ def test_an_almotion_that_hangs_gets_no_second_velocity_and_the_reports_go_on(ma
     until_true(reported, "the fault is reported")
     assert len(motion.calls) == 1
     pilot.release(hard=True)
-    until_true(lambda: motion.names() == ["move", "stopMove", "killMove"], "silence brakes all the same")
+    until_true(lambda: motion.names()[:3] == ["move", "stopMove", "killMove"], "silence brakes all the same")
+    until_true(lambda: motion.names()[3:] == ["stopMove", "killMove"], "again, once the velocity was answered")
 
 
 def test_a_goal_is_reached_or_ended(make_pilot, motion, until_true):

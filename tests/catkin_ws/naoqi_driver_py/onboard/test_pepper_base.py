@@ -34,7 +34,7 @@ class Bench:
         self.said: list[str] = []
         self.base = PepperBase(
             SimpleNamespace(motion=lambda: self.motion, connections=0, near=True, problem=""),
-            SimpleNamespace(note=self._note, stop=lambda: self.said.append("stop")),
+            SimpleNamespace(note=self._note, stop=lambda: self.said.append("stop"), is_blind=lambda *_: False),
         )
         self.now = 0.0
 
@@ -46,10 +46,17 @@ class Bench:
         self.sent.append(Answer(name))
         return self.sent[-1]
 
-    def step(self, velocity: tuple[float, float, float] | None = None, *, cut: bool = False) -> None:
+    def step(
+        self,
+        velocity: tuple[float, float, float] | None = None,
+        goal: tuple[float, float, float] | None = None,
+        *,
+        cut: bool = False,
+    ) -> None:
         self.now += PERIOD
         command = None if velocity is None else PilotVelocity(*velocity, self.now)
-        self.base.step(self.now, command, None, SimpleNamespace(cut=cut, end_goal=lambda *_: None))
+        driven_to = None if goal is None else SimpleNamespace(pose=goal)
+        self.base.step(self.now, command, driven_to, SimpleNamespace(cut=cut, end_goal=lambda *_: None))
 
     def answer(self, *names: str) -> None:
         for call in self.sent:
@@ -103,3 +110,43 @@ def test_a_server_that_loses_naoqi_while_the_robot_rests_says_nothing():
     bench.motion = None
     bench.step()
     assert bench.said == ["resting"] * 2
+
+
+def test_a_stop_that_may_have_overtaken_a_velocity_is_sent_again():
+    bench = Bench()
+    bench.step((0.2, 0.0, 0.0))
+    bench.step(cut=True)
+    bench.answer("stopMove")
+    bench.step(cut=True)
+    assert bench.said[-1] == "moving", "the velocity may begin only now"
+    bench.answer("move", "stopMove")
+    bench.step(cut=True)
+    bench.step(cut=True)
+    assert bench.said[-1] == "moving" and bench.names()[-1] == "stopMove", "one that was sent after the answer"
+    bench.answer("stopMove")
+    bench.step(cut=True)
+    assert bench.said[-1] == "resting"
+
+
+def test_a_goal_that_a_stop_may_have_overtaken_is_ended():
+    bench = Bench()
+    bench.step(goal=(1.0, 0.0, 0.0))
+    bench.step(cut=True)
+    bench.answer("stopMove")
+    bench.step(cut=True)
+    bench.step(cut=True)
+    assert bench.names() == ["moveTo", "stopMove", "stopMove"]
+    bench.answer("moveTo", "stopMove")
+    bench.step(cut=True)
+    bench.step(cut=True)
+    bench.answer("stopMove", "killMove")
+    bench.step(cut=True)
+    assert bench.said[-1] == "resting"
+
+
+def test_who_presses_stop_stops_also_a_robot_that_is_believed_to_rest():
+    bench = Bench()
+    bench.step()
+    bench.base.do("stop", "anna")
+    bench.step()
+    assert bench.names() == ["stopMove"]

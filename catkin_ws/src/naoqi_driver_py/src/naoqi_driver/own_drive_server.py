@@ -17,6 +17,8 @@ PROGRAM = Path(__file__).parents[2] / "robot" / "drive_server.py"
 OUTLIVE = 'trap "sleep 1; kill \\$!" INT; trap "kill \\$!" TERM; "$@" & wait; wait'
 """Script for sh: the program outlives its driver by a second, in which it misses the driver and brakes."""
 
+LISTENS = "listens on udp "
+
 
 class OwnDriveServer:
     """A child process on loopback and a free port. It ends a second after the thread that made this, however that
@@ -36,8 +38,9 @@ class OwnDriveServer:
         self._process = processes.start(words, tied=True, stdout=subprocess.PIPE, text=True)
         self._on_end, self._closing = on_end, threading.Event()
         assert self._process.stdout is not None
-        # "the drive server listens on udp 127.0.0.1:40123"
-        self.address = self._process.stdout.readline().rpartition(" ")[2].strip()
+        # "drive_server: listens on udp 127.0.0.1:40123", perhaps after a line about NAOqi
+        said = next((line for line in self._process.stdout if LISTENS in line), "")
+        self.address = said.rpartition(" ")[2].strip()
         if not self.address:
             raise RuntimeError("no drive server could be started")
         threading.Thread(target=self._log_lines, name="own drive server", daemon=True).start()

@@ -1,8 +1,6 @@
 # Runs on Pepper's own Python 2.7 as well as on Python 3: keep to syntax that both accept.
 # ruff: noqa: UP031
-"""The command line of Pepper's drive server; see docs/pepper.md. Until SIGINT or SIGTERM."""
-
-from __future__ import print_function  # noqa: UP010
+"""The command line of Pepper's drive server; see docs/pepper.md. Until SIGINT, SIGTERM or a closed terminal."""
 
 import argparse
 import os
@@ -11,6 +9,7 @@ import signal
 import sys
 
 from naoqi_driver.onboard import last_stop
+from naoqi_driver.onboard.line_writer import LineWriter
 from naoqi_driver.onboard.naoqi_link import NaoqiLink
 from naoqi_driver.onboard.pepper_base import PepperBase
 from telepresence.drive.server import DriveServer
@@ -18,11 +17,13 @@ from telepresence.security.shared_key import SharedKey, is_loopback
 
 MYPY = False
 if MYPY:
-    from typing import List, Optional, TextIO  # noqa: F401, UP035
+    from typing import List, Optional  # noqa: F401, UP035
 
 PORT = 8085
 LOOPBACK = "127.0.0.1"
 KEY_FILE = "robot.key"
+FLUSH_TIME = 0.2
+"""Seconds that a program which ends waits for its last lines to be taken."""
 _RLIMIT_RTTIME, _RUNAWAY = 15, 2000000  # linux/resource.h; [us]
 
 
@@ -41,28 +42,36 @@ def main(words):
     parser.add_argument("--last-stop", action="store_true", help=argparse.SUPPRESS)  # how it starts its second process
     # roslaunch adds name:=value words; they are not for us.
     options = parser.parse_args([word for word in words if ":=" not in word])
+    say, complain = (LineWriter(stream.fileno(), "drive_server: ") for stream in (sys.stdout, sys.stderr))
     try:
-        return last_stop.watch(options.qi_url, say) if options.last_stop else serve(options)
+        return last_stop.watch(options.qi_url, say) if options.last_stop else serve(options, say)
     except (EnvironmentError, ValueError) as error:  # noqa: UP024
-        say(str(error), sys.stderr)
+        complain(str(error))
         return 1
+    finally:
+        say.flush(FLUSH_TIME)
+        complain.flush(FLUSH_TIME)
 
 
-def serve(options):
-    # type: (argparse.Namespace) -> int
+def serve(options, say):
+    # type: (argparse.Namespace, LineWriter) -> int
     key = find_key(options.key, options.address)
     come_first()
     link = NaoqiLink(options.qi_url, say, options.far)
     # Over a network every motion ends by itself.
     watcher = last_stop.LastStop(last_stop.command(options.qi_url)) if link.near else None
     try:
-        server = DriveServer(PepperBase(link, watcher), options.address, options.port, key, say)
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda *_: server.stop())
-        print("the drive server listens on udp %s:%d" % (server.address, server.port))
-        sys.stdout.flush()
+        base = PepperBase(link, watcher)
+        server = DriveServer(base, options.address, options.port, key, say)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) != signal.SIG_IGN:  # nohup
+                signal.signal(number, lambda *_: server.stop())
+        say("listens on udp %s:%d" % (server.address, server.port))
         try:
             return server.run()
+        except BaseException:
+            base.end()
+            raise
         finally:
             server.close()
     finally:
@@ -102,14 +111,3 @@ def find_key(path, address):
             "(make_drive_server.py makes one, docs/pepper.md), or listen on %s" % (address, LOOPBACK)
         )
     return None
-
-
-def say(text, stream=None):
-    # type: (str, Optional[TextIO]) -> None
-    """Print a line, to standard output or `stream`."""
-    line = "drive_server: %s\n" % text
-    if not isinstance(line, str):  # Python 2.7: a pilot's name may hold any letter
-        line = line.encode("utf-8")
-    stream = stream or sys.stdout
-    stream.write(line)
-    stream.flush()

@@ -2,10 +2,10 @@
 # ruff: noqa: UP004, UP024, UP031
 """Who stops the robot when the drive server dies, freezes or loses NAOqi: a second process with its own link to it.
 
-The server writes a byte at every step, MOVING or RESTING, to a socket, and the second process answers each. While the
-robot moves, `SILENCE` without a byte, or the connection's end, makes the second process call stopMove, and killMove a
-moment later; so does STOP, at once. It ends with the connection. One that dies, or does not answer, is started again
-by the server.
+The server writes a byte at every step, MOVING or RESTING, to a socket, and the second process answers each, READY or
+BLIND: without a link to NAOqi. While the robot moves, `SILENCE` without a byte, or the connection's end, makes the
+second process call stopMove, and killMove a moment later; so does STOP, at once. What it cannot call it tries again. It
+ends with the connection. One that dies, or does not answer, is started again by the server.
 """
 
 import errno
@@ -24,18 +24,21 @@ MYPY = False
 if MYPY:
     from typing import Any, Callable, List, Optional  # noqa: F401, UP035
 
-MOVING, RESTING, STOP, ANSWER = b"m", b"r", b"s", b"a"
+MOVING, RESTING, STOP = b"m", b"r", b"s"
+READY, BLIND = b"a", b"b"
 SILENCE = 0.2
 """Seconds without a byte of a server whose robot moves: four steps were missed."""
 KILL_TIME = 0.1
-"""Seconds from stopMove to killMove."""
+"""Seconds from stopMove to killMove, and between two tries of what cannot be called."""
+LAST_TRY_TIME = 2.0
+"""Seconds for which a second process without a server tries to stop the robot."""
 ANSWER_TIME = 0.6
 """Seconds without an answer after which the second process counts as frozen."""
 START_TIME = 5.0
-"""Seconds that it gets besides to start on a busy machine."""
+"""Seconds that it gets besides to start on a busy machine, and to be connected with NAOqi."""
 RESTART_PERIOD = 1.0
 """Seconds between two starts of the second process."""
-END_TIME = 2.0
+END_TIME = 2.5
 """Seconds within which it ends with the connection; it may have to stop the robot first."""
 _NOT_TAKEN = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EPIPE, errno.ECONNRESET)
 
@@ -52,7 +55,7 @@ class LastStop(object):
         self._command = command
         self._process = None  # type: Any
         self._ours = None  # type: Any
-        self._started, self._heard = -INFINITY, -INFINITY
+        self._started, self._heard, self._ready = -INFINITY, -INFINITY, -INFINITY
 
     def note(self, moving, now):
         # type: (bool, float) -> str
@@ -61,9 +64,15 @@ class LastStop(object):
         if befallen:
             self._end()
         if self._process is None and now - self._started >= RESTART_PERIOD:
-            self._start(now)
+            befallen = self._start(now) or befallen
         self._say(MOVING if moving else RESTING)
         return befallen
+
+    def is_blind(self, now, since):
+        # type: (float, float) -> bool
+        """Whether the second process runs, but has had no link to NAOqi for `START_TIME`, although there could be one
+        since then [s]."""
+        return self._process is not None and now - max(self._ready, since) > START_TIME
 
     def stop(self):
         # type: () -> None
@@ -96,22 +105,36 @@ class LastStop(object):
         if self._process is None:
             return ""
         if self._process.poll() is not None:
-            return "died"
+            return "died, and starts again"
         try:
-            if self._ours.recv(4096):
+            answers = self._ours.recv(4096)
+            if answers:
                 self._heard = now
+            if READY in answers:
+                self._ready = now
         except socket.error:  # nothing there now; of its end `poll` tells
             pass
-        return "froze" if now - self._heard > ANSWER_TIME else ""
+        return "froze, and starts again" if now - self._heard > ANSWER_TIME else ""
 
     def _start(self, now):
-        # type: (float) -> None
-        self._ours, theirs = socket.socketpair()
-        self._ours.setblocking(False)
-        # Of a session of its own, so that what ends the server and its group does not end it.
-        self._process = subprocess.Popen(self._command, stdin=theirs.fileno(), close_fds=True, preexec_fn=os.setsid)
-        theirs.close()
-        self._started, self._heard = now, now + START_TIME
+        # type: (float) -> str
+        """Start the second process; return why that cannot be now, or an empty text."""
+        self._started = self._ready = now
+        try:
+            ours, theirs = socket.socketpair()
+        except socket.error as error:
+            return "cannot be started (%s)" % error.strerror
+        try:
+            # Of a session of its own, so that what ends the server and its group does not end it.
+            process = subprocess.Popen(self._command, stdin=theirs.fileno(), close_fds=True, preexec_fn=os.setsid)
+        except EnvironmentError as error:
+            ours.close()
+            return "cannot be started (%s)" % error.strerror
+        finally:
+            theirs.close()
+        ours.setblocking(False)
+        self._process, self._ours, self._heard = process, ours, now + START_TIME
+        return ""
 
     def _end(self):
         # type: () -> None
@@ -130,58 +153,90 @@ def watch(url, log):
     server = socket.fromfd(0, socket.AF_UNIX, socket.SOCK_STREAM)
     server.setblocking(False)  # a server that is frozen takes no answers, and must be watched all the same
     link = NaoqiLink(url, lambda _text: None)  # the server says the same
-    moving, heard, kill_at = False, monotonic(), INFINITY
+    moving, heard = False, monotonic()
+    stopping = None  # type: Optional[Stopping]
     while True:
-        due = min(heard + SILENCE if moving else INFINITY, kill_at)
+        due = min(heard + SILENCE if moving else INFINITY, stopping.due if stopping is not None else INFINITY)
         timeout = None if due == INFINITY else max(0.0, due - monotonic())
         ready = select.select([server], [], [], timeout)[0]
-        said = _heard(server) if ready else b""
+        said = _heard(server, link.motion() is not None) if ready else b""
         now = monotonic()
         if said:
             moving, heard = said[-1:] == MOVING, now
         ended = bool(ready) and not said
-        lost = STOP in said and kill_at == INFINITY
+        lost = STOP in said and stopping is None
+        befell = "lost NAOqi" if lost else "died" if ended else "froze"
         if lost or (moving and (ended or now - heard >= SILENCE)):
-            befell = "lost NAOqi" if lost else "died" if ended else "froze"
-            log("the drive server %s: stopping the robot" % befell)
-            moving, kill_at = False, now + KILL_TIME
-            _call(link, "stopMove", log)
-        if ended and kill_at < INFINITY:
-            select.select([], [], [], max(0.0, kill_at - monotonic()))
-            now = monotonic()
-        if now >= kill_at:
-            kill_at = INFINITY
-            _call(link, "killMove", log)
+            moving, stopping = False, Stopping(link, log, now)
+            stopping.step(now)
+            log("the drive server %s: stopping the robot" % befell)  # no line comes before a stop
+        elif stopping is not None:
+            stopping.step(now)
         if ended:
-            return 0
+            break
+        if stopping is not None and stopping.done:
+            stopping = None
+    given_up = monotonic() + LAST_TRY_TIME
+    while stopping is not None and not stopping.done and monotonic() < given_up:
+        select.select([], [], [], max(0.0, stopping.due - monotonic()))
+        stopping.step(monotonic())
+    return 0
 
 
-def _heard(server):
-    # type: (socket.socket) -> bytes
+class Stopping(object):
+    """stopMove and killMove, each tried until it has been sent.
+
+    Args:
+        now: When the first one is due [s].
+    Attributes:
+        due: When `step` is needed next [s].
+        done: Both were sent.
+    """
+
+    def __init__(self, link, log, now):
+        # type: (NaoqiLink, Callable[[str], None], float) -> None
+        self._link, self._log = link, log
+        self._owed, self._said = ["stopMove", "killMove"], ""
+        self.due, self.done = now, False
+
+    def step(self, now):
+        # type: (float) -> None
+        if now < self.due or self.done:
+            return
+        self.due = now + KILL_TIME
+        try:
+            self._call(self._owed[0])
+        except RuntimeError as error:
+            problem = "%s: %s; trying again" % (self._owed[0], first_line(error))
+            if problem != self._said:
+                self._said = problem
+                self._log(problem)
+            return
+        del self._owed[0]
+        self.done = not self._owed
+
+    def _call(self, name):
+        # type: (str) -> None
+        motion = self._link.motion()
+        if motion is None:
+            raise RuntimeError("no link to NAOqi: %s" % self._link.problem)
+        answer = motion.send(name)
+        if name == "killMove":
+            answer.wait(0.5)  # perhaps the last word of this process; it must have left
+
+
+def _heard(server, sees):
+    # type: (socket.socket, bool) -> bytes
     """Return what the server has written, and answer it; nothing at the connection's end."""
     try:
         said = server.recv(4096)
     except socket.error:  # it died, and had not read all answers
         return b""
     try:
-        server.send(ANSWER)
+        server.send(READY if sees else BLIND)
     except socket.error:  # it is frozen and takes no more; or it has died, which the next call finds
         pass
     return said
-
-
-def _call(link, name, log):
-    # type: (NaoqiLink, str, Callable[[str], None]) -> None
-    motion = link.motion()
-    if motion is None:
-        log("%s cannot be called: %s" % (name, link.problem))
-        return
-    try:
-        answer = motion.send(name)
-        if name == "killMove":
-            answer.wait(0.5)  # the last word of this process; it must have left
-    except RuntimeError as error:
-        log("%s: %s" % (name, first_line(error)))
 
 
 def command(url):

@@ -54,6 +54,9 @@ FAR_BRAKING = (("MaxAccXY", 0.55, 0.5), ("MaxAccTheta", 3.0, 2.7))
 """Parameter, the value that is asked for (documented as the largest), and what is counted on [m/s2, rad/s2]."""
 
 
+SPARE = "The process that would stop the robot for the drive server"
+
+
 class PepperBase(DrivenBase):
     """Drives and, above all, stops.
 
@@ -65,7 +68,7 @@ class PepperBase(DrivenBase):
     def __init__(self, link, last_stop=None):
         # type: (NaoqiLink, Optional[LastStop]) -> None
         self._link, self._last_stop = link, last_stop
-        self._connections = 0
+        self._connections, self._since = 0, -INFINITY
         self._move = None  # type: Optional[Call]
         self._sent = None  # type: Optional[Vector]
         self._again_at = INFINITY
@@ -74,6 +77,7 @@ class PepperBase(DrivenBase):
         self._probed = -INFINITY
         self._moving = False  # the base moves, or may move, because of us
         self._goal = None  # type: Optional[Tuple[Goal, Call]]
+        self._journey = None  # type: Optional[Call]
         self._stop = None  # type: Optional[Call]
         self._kill_at = INFINITY
         self._kill = None  # type: Optional[Call]
@@ -88,6 +92,7 @@ class PepperBase(DrivenBase):
         # type: (str, str) -> Tuple[bool, str]
         if what == "stop":
             self._latched, self._must_let_go = "%s pressed stop" % who, True
+            self._moving = True  # whatever is believed: stopMove is called
             return True, "stopped until reset stop"
         if what == "reset stop":
             self._latched = ""
@@ -115,7 +120,7 @@ class PepperBase(DrivenBase):
                 self._forget()
             elif self._connections != self._link.connections:
                 self._forget()
-                self._connections = self._link.connections
+                self._connections, self._since = self._link.connections, now
                 self._brake(motion, now, BRAKING_TIME)  # what an earlier server or link left behind must not go on
             self._take_answers(now)
             if motion is None:
@@ -139,7 +144,7 @@ class PepperBase(DrivenBase):
             befallen = self._last_stop.note(self._moving, now)
             if befallen:
                 self._spare, self._spared = befallen, now
-        problem = self._problem(now)
+        problem = self._problem(now, motion)
         if problem:
             state, reason = FAULT, problem
         age = INFINITY if command is None else max(0.0, now - command.stamp)
@@ -197,7 +202,8 @@ class PepperBase(DrivenBase):
             return
         if self._goal is None or self._goal[0] is not goal:
             self._begin()
-            self._goal = (goal, Call("moveTo", motion.send("moveTo", *goal.pose), now))
+            self._journey = Call("moveTo", motion.send("moveTo", *goal.pose), now)
+            self._goal = (goal, self._journey)
             return
         answer = self._goal[1].answer
         if answer.running():
@@ -215,7 +221,7 @@ class PepperBase(DrivenBase):
         """Brake if the base moves because of us."""
         if now >= self._kill_at:
             self._kill_at, self._killed = INFINITY, True
-            self._kill = Call("killMove", motion.send("killMove"), now)
+            self._kill = Call("killMove", motion.send("killMove"), now, self._may_begin())
         elif self._moving and self._stop is None and self._kill is None:
             self._brake(motion, now, patience)
         elif self._stop is not None and not self._killed:
@@ -224,8 +230,14 @@ class PepperBase(DrivenBase):
     def _brake(self, motion, now, patience):
         # type: (Service, float, float) -> None
         self._begin()
-        self._stop = Call("stopMove", motion.send("stopMove"), now)
+        self._stop = Call("stopMove", motion.send("stopMove"), now, self._may_begin())
         self._kill_at = now + patience
+
+    def _may_begin(self):
+        # type: () -> bool
+        """Whether a motion is on its way: libqi runs calls side by side, so that one sent later may come first."""
+        journey = self._journey is not None and self._journey.answer.running()
+        return journey or (self._move is not None and self._link.near)
 
     def _probe(self, motion, now):
         # type: (Optional[Service], float) -> None
@@ -247,10 +259,11 @@ class PepperBase(DrivenBase):
                 refused = "%s: %s" % (call.name, first_line(error))
                 self._refuse(refused, now)
             if call is self._stop:
-                self._stop, self._moving = None, bool(refused)
+                self._stop, self._moving = None, bool(refused) or call.overtakes
                 self._kill_at = now if refused and not self._killed else INFINITY
             elif call is self._kill:
-                self._kill, self._moving = None, self._moving and (bool(refused) or self._stop is not None)
+                goes_on = bool(refused) or self._stop is not None or call.overtakes
+                self._kill, self._moving = None, self._moving and goes_on
             elif call is self._far:
                 self._far = None
             elif call is self._asked:
@@ -261,15 +274,17 @@ class PepperBase(DrivenBase):
             if call is not None and not self._link.near and now - call.sent > STALL:
                 self._link.drop("no answer for %g s" % STALL)
 
-    def _problem(self, now):
-        # type: (float) -> str
+    def _problem(self, now, motion):
+        # type: (float, Optional[Service]) -> str
         for call in (self._move, self._asked, self._kill):
             if call is not None and now - call.sent > ANSWER_TIMEOUT:
                 return "ALMotion has not answered %s for %.1f s." % (call.name, now - call.sent)
         if self._stop is not None and now - self._stop.sent > RELEASE_TIME + ANSWER_TIMEOUT:
             return "ALMotion has not answered stopMove for %.1f s." % (now - self._stop.sent)
         if now - self._spared <= FAULT_TIME:
-            return "The process that would stop the robot for the drive server %s; it starts again." % self._spare
+            return "%s %s." % (SPARE, self._spare)
+        if motion is not None and self._last_stop is not None and self._last_stop.is_blind(now, self._since):
+            return "%s does not reach NAOqi." % SPARE
         return "Refused: %s." % self._refusal if now - self._refused <= FAULT_TIME else ""
 
     def _refuse(self, text, now):
@@ -279,16 +294,20 @@ class PepperBase(DrivenBase):
     def _forget(self):
         # type: () -> None
         """The link is another one: no answer comes any more."""
-        self._move = self._asked = self._far = self._goal = self._stop = self._kill = None
+        self._move = self._asked = self._far = self._goal = self._journey = self._stop = self._kill = None
         self._kill_at, self._moving, self._killed = INFINITY, False, False
 
 
 class Call(object):
-    """A call that was sent at `sent` [s], and what has come of its answer."""
+    """A call that was sent at `sent` [s], and what has come of its answer.
 
-    def __init__(self, name, answer, sent):
-        # type: (str, Answer, float) -> None
-        self.name, self.answer, self.sent = name, answer, sent
+    Attributes:
+        overtakes: It ends motions, and one was on its way that may begin after it: its answer says nothing.
+    """
+
+    def __init__(self, name, answer, sent, overtakes=False):
+        # type: (str, Answer, float, bool) -> None
+        self.name, self.answer, self.sent, self.overtakes = name, answer, sent, overtakes
 
 
 def far_velocity(velocity):
