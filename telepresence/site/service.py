@@ -60,9 +60,26 @@ SITE_ENDING = """\
 KillMode=control-group"""
 
 
+USAGE = """\
+usage: ./stack service [pepper|robotino|both|fleet|walker] [name:=value ...]      a unit for ./stack up ...
+       ./stack service unit [pepper|robotino|both] [name:=value ...]              for ./stack unit ...
+       ./stack service site FILE                                                  for ./stack site up FILE
+
+Prints a unit with which systemd starts this and keeps it; nothing is installed. For example:
+
+  ./stack service pepper gui:=false >~/.config/systemd/user/telepresence.service
+  systemctl --user enable --now telepresence
+
+docs/running.md says more.
+"""
+
+
 def main() -> int:
     """Print the unit for the arguments of `./stack up` on the command line; the exit code."""
     words = sys.argv[1:]
+    if {"-h", "--help"} & {*words}:
+        print(USAGE, end="")
+        return 0
     if words[:1] == ["site"]:
         return _site(words[1:])
     command = "unit" if words[:1] == ["unit"] else "up"

@@ -86,7 +86,8 @@ def system() -> Iterator[Finding]:
     release = dict(line.split("=", 1) for line in Path("/etc/os-release").read_text().splitlines() if "=" in line)
     name = release.get("PRETTY_NAME", "?").strip('"')
     supported = release.get("ID") == "debian" and release.get("VERSION_ID", "").strip('"') == "12"
-    yield supported, f"operating system: {name}", "use Debian 12: the last one with ROS 1 in its archive"
+    remedy = "Debian 12 is the last one with ROS 1 in its archive; elsewhere the container runs: docs/container.md"
+    yield supported, f"operating system: {name}", remedy
 
 
 def programs() -> Iterator[Finding]:
@@ -145,7 +146,8 @@ def ports() -> Iterator[Finding]:
                 free = True
             except OSError:
                 free = False
-        yield free, f"port {port} is free", f"a stack runs already, or pass another one with {argument}:=<port>"
+        state = "free" if free else "taken"
+        yield free, f"port {port} is {state}", f"a stack runs already, or pass another one with {argument}:=<port>"
 
 
 def master() -> Iterator[Finding]:
@@ -155,7 +157,10 @@ def master() -> Iterator[Finding]:
         socket.create_connection((place.hostname or "localhost", place.port or 11311), timeout=1.0).close()
         print(f"  ✓ ROS master: answers at {uri}")
     except OSError:
-        print(f"  - ROS master: none at {uri}; ./stack up starts one")
+        if place.hostname in ("localhost", "127.0.0.1", socket.gethostname()):
+            print(f"  - ROS master: none at {uri}; ./stack up starts one")
+        else:
+            yield False, f"ROS master: none at {uri}", "to run everything on this machine:  unset ROS_MASTER_URI"
     name = socket.gethostname()
     try:
         socket.getaddrinfo(name, None)
@@ -267,7 +272,7 @@ def connect_time(host: str, port: int) -> float:
 
 
 def towards(host: str, port: int) -> Iterator[Finding]:
-    """Check which of our addresses the robot sees: ROS nodes elsewhere must be able to call back to ROS_IP."""
+    """Say which of our addresses the robot sees, and whether ROS nodes elsewhere could call back to ROS_IP."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.connect((host, port))  # a datagram socket sends nothing yet
         ours = probe.getsockname()[0]
@@ -275,9 +280,12 @@ def towards(host: str, port: int) -> Iterator[Finding]:
     local = ours.startswith("127.")
     if in_image() and not local:
         print(f"  - a container: if the host is not {ours}, ROS nodes elsewhere need  --network host  (Linux)")
-    fine = local or in_image() or not announced.startswith(("127.", "localhost"))
     what = f"this machine is {ours} to the robot" + (f", and ROS_IP is {announced}" if announced else "")
-    yield fine, what, f"ROS nodes on other machines cannot call back:  export ROS_IP={ours}"
+    yield True, what, ""
+    if not local and not in_image() and announced.startswith(("127.", "localhost")):
+        print(
+            "  - ROS stays on this machine, as it should where all nodes run here. For nodes elsewhere: docs/remote.md"
+        )
 
 
 def robot_clock(host: str, port: int) -> Iterator[Finding]:

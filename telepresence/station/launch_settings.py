@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import socket
 import xml.etree.ElementTree
 from dataclasses import dataclass
@@ -32,20 +33,42 @@ PEPPER = Simulator("pepper", "nao_ip", "nao_port", "tcp", 9559, 9559)
 ROBOTINO = Simulator("robotino", "robotino_ip", "robotino_port", "http", 8080, 80)
 STATIONS: dict[str, tuple[Simulator, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
 """Launch file -> the robots in it that have an address. The other launch files choose their ports themselves."""
-OWN_SETTINGS = {"screen_port", "firewall"}
-"""Settings that are ours and not the launch file's."""
+OWN_SETTINGS = {
+    "screen_port": f"port of the page that shows the window where there is no display; default {ports.SCREEN_PAGE}",
+    "firewall": "mine, if firewall rules of your own keep others from ROS when other machines reach it",
+}
+"""Settings that are ours and not the launch file's, and what they are for."""
 
 
 def launch_arguments(robot: str) -> set[str]:
     """Return the names of the arguments that a person can give to the launch file."""
-    file = xml.etree.ElementTree.parse(LAUNCH / f"{robot}.launch")
-    return {argument.get("name", "") for argument in file.getroot().iterfind("arg") if argument.get("value") is None}
+    return {argument.get("name", "") for argument in _arguments(robot)}
+
+
+def described_arguments(robot: str) -> dict[str, str]:
+    """Return what each argument that a person can give to the launch file is for, with its default."""
+    described = {}
+    for argument in _arguments(robot):
+        purpose, default = " ".join(argument.get("doc", "").split()), _in_words(argument.get("default", ""))
+        described[argument.get("name", "")] = f"{purpose}; default {default}" if default else purpose
+    return described
+
+
+def _in_words(default: str) -> str:
+    """A default as it stands in a launch file, without roslaunch's substitutions (wiki.ros.org/roslaunch/XML)."""
+    default = re.sub(r"\$\((?:arg|eval) (.*)\)", r"\1", default)
+    return re.sub(r"\$\(optenv (\S+) (\S+)\)", r"\2, or what \1 says", default)
+
+
+def _arguments(robot: str) -> list[xml.etree.ElementTree.Element]:
+    root = xml.etree.ElementTree.parse(LAUNCH / f"{robot}.launch").getroot()
+    return [argument for argument in root.iterfind("arg") if argument.get("value") is None]
 
 
 def require_known(robot: str, settings: dict[str, str]) -> None:
     """Raise RuntimeError when the launch file has no such argument, or there is no such scene; roslaunch itself ignores
     the former and starts a simulator that ends at once with the latter."""
-    known = sorted(launch_arguments(robot) | OWN_SETTINGS)
+    known = sorted({*launch_arguments(robot), *OWN_SETTINGS})
     for name in settings:
         if name not in known:
             raise RuntimeError(f"{robot} has no argument '{name}'; arguments: {', '.join(known)}")

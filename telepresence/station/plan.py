@@ -82,6 +82,7 @@ def prepare(arguments: argparse.Namespace, left: Left | None = None) -> Plan:
     page = own_page(robot, settings, simulated, new=left is None)
     master_uri = os.environ.setdefault("ROS_MASTER_URI", MASTER_URI)
     if left is None:
+        start_conditions.require_master_here(master_uri)
         start_conditions.require_no_station(master_uri)
     set_environment(robot, settings, simulated)
     window = "gui" in launch_arguments(robot) and is_on(settings, "gui")

@@ -12,6 +12,7 @@ import os
 import signal
 import subprocess
 import sys
+import textwrap
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -42,6 +43,8 @@ from telepresence.station.kept_program import KeptProgram
 from telepresence.station.launch_settings import (
     LAUNCH,
     OWN_SETTINGS,
+    STATIONS,
+    described_arguments,
     launch_arguments,
 )
 from telepresence.station.log_folder import OUTPUTS, log_folder
@@ -110,11 +113,13 @@ def parse(argv: list[str]) -> argparse.Namespace:
     Raises:
         SystemExit: With a usage line, for an unknown robot or an argument that is not name:=value.
     """
-    robots = sorted(path.stem for path in LAUNCH.glob("*.launch"))
+    is_unit = "--unit" in argv
+    robots = sorted(STATIONS if is_unit else [path.stem for path in LAUNCH.glob("*.launch")])
     parser = argparse.ArgumentParser(
-        prog="./stack unit" if "--unit" in argv else "./stack up",
+        prog="./stack unit" if is_unit else "./stack up",
         description="Bring up a robot, real or simulated, with everything that drives it; a unit has no window.",
-        epilog="Launch arguments and their defaults:  ./stack exec roslaunch --ros-args launch/pepper.launch",
+        epilog=_settings_help(next((word for word in argv if word in robots), "pepper")),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("robot", nargs="?", default="pepper", help=f"one of: {', '.join(robots)}; default pepper")
     parser.add_argument("settings", nargs="*", metavar="name:=value", help="arguments for the launch file")
@@ -137,6 +142,16 @@ def parse(argv: list[str]) -> argparse.Namespace:
             if found.settings.setdefault(name, "false").lower() not in ("false", "0"):
                 parser.error(f"a unit has neither window nor terminal: no {name}:={found.settings[name]}")
     return found
+
+
+def _settings_help(robot: str) -> str:
+    """What each name:=value is for, as paragraphs of a help text."""
+    purposes = described_arguments(robot) | OWN_SETTINGS
+    paragraphs = [
+        textwrap.fill(f"{name:<21} {purpose}", 100, initial_indent="  ", subsequent_indent=" " * 24)
+        for name, purpose in purposes.items()
+    ]
+    return "\n".join([f"name:=value of {robot} (others: name the robot before --help):", *paragraphs])
 
 
 def run(plan: Plan, stop: threading.Event, environment: dict[str, str], left: Left | None = None) -> int:
@@ -317,7 +332,7 @@ class Terminal:
 
     def _say_what_next(self) -> None:
         self._works = True
-        keyboard = is_on(self._plan.settings, "teleop")
+        keyboard = "teleop" in launch_arguments(self._plan.robot) and is_on(self._plan.settings, "teleop")
         self._printer.say(next_steps(self._plan.window, self._link, self._sound, keyboard))
 
 

@@ -50,7 +50,7 @@ def test_the_clock_of_its_web_server_is_compared(web_robot, monkeypatch):
     assert not fine and "clock: -36" in what
 
 
-def test_ros_ip_of_loopback_is_refused_for_a_robot_elsewhere(monkeypatch):
+def test_ros_ip_of_loopback_is_right_unless_nodes_run_elsewhere(monkeypatch, capsys):
     class Elsewhere(socket.socket):
         def connect(self, address):
             """Sends nothing: a datagram socket only chooses a route."""
@@ -60,10 +60,26 @@ def test_ros_ip_of_loopback_is_refused_for_a_robot_elsewhere(monkeypatch):
 
     monkeypatch.setattr(doctor.socket, "socket", Elsewhere)
     monkeypatch.setenv("ROS_IP", "127.0.0.1")
-    fine, _, cure = next(doctor.towards("192.168.0.1", 80))
-    assert not fine and "export ROS_IP=192.168.0.5" in cure
+    ((fine, what, _),) = doctor.towards("192.168.0.1", 80)
+    assert fine and "192.168.0.5" in what
+    assert "For nodes elsewhere: docs/remote.md" in capsys.readouterr().out
     monkeypatch.setenv("ROS_IP", "192.168.0.5")
-    assert next(doctor.towards("192.168.0.1", 80))[0]
+    assert list(doctor.towards("192.168.0.1", 80))
+    assert "elsewhere" not in capsys.readouterr().out
+
+
+def test_a_master_elsewhere_that_does_not_answer_is_an_error(monkeypatch, capsys):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://192.0.2.1:11311")
+
+    def refuse(*_arguments, **_options):
+        raise TimeoutError
+
+    monkeypatch.setattr(doctor.socket, "create_connection", refuse)
+    fine, what, cure = next(doctor.master())
+    assert not fine and "192.0.2.1" in what and "unset ROS_MASTER_URI" in cure
+    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:11311")
+    assert all(each[0] for each in doctor.master())
+    assert "./stack up starts one" in capsys.readouterr().out
 
 
 def test_a_container_without_its_hosts_network_is_named(monkeypatch, capsys):

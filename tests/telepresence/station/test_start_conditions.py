@@ -87,6 +87,17 @@ def test_a_second_station_at_one_master_is_refused_and_a_dead_one_is_not_in_the_
     start_conditions.require_no_station(uri)
 
 
+@pytest.mark.parametrize("host", ["192.0.2.1", "no-such-host.invalid"])
+def test_a_master_that_would_be_elsewhere_and_does_not_answer_is_named(monkeypatch, host, free_port):
+    monkeypatch.setattr(start_conditions, "master_answers", lambda *_arguments, **_options: False)  # no traffic
+    with pytest.raises(RuntimeError, match=rf"{host}.*unset ROS_MASTER_URI"):
+        start_conditions.require_master_here(f"http://{host}:11311")
+    for here in ("localhost", "127.0.0.1", "[::1]"):
+        start_conditions.require_master_here(f"http://{here}:{free_port()}")
+    monkeypatch.setattr(start_conditions, "master_answers", lambda *_arguments, **_options: True)
+    start_conditions.require_master_here(f"http://{host}:11311")
+
+
 def test_the_environment_has_umlauts_in_every_locale(request):
     words = ["bash", "-c", ". ./env.sh; locale charmap"]
     environment = {**os.environ, "LC_ALL": "C"}

@@ -43,6 +43,28 @@ def test_a_value_may_hold_the_sign_itself():
     assert up.parse(["pepper", "source:=http://10.0.0.7/a:=b"]).settings == {"source": "http://10.0.0.7/a:=b"}
 
 
+@pytest.mark.parametrize(
+    ("argv", "words"),
+    [
+        (["--help"], ["nao_ip", "page_port", "firewall", "default 8085, or what DRIVE_PORT says", "default not gui"]),
+        (["robotino", "--help"], ["robotino_ip", "screen_port"]),
+        (["--unit", "both", "--help"], ["one of: both, pepper, robotino;"]),
+    ],
+)
+def test_help_says_what_can_be_set_for_the_robot(argv, words, capsys):
+    with pytest.raises(SystemExit) as end:
+        up.parse(argv)
+    assert end.value.code == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert [word for word in words if word not in said] == [] and "$(" not in said
+
+
+def test_a_unit_is_of_a_robot_that_can_be_reached(capsys):
+    with pytest.raises(SystemExit):
+        up.parse(["--unit", "fleet"])
+    assert "known: both, pepper, robotino" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("argv", [["nao"], ["pepper", "gui=false"], ["pepper", ":=1"], ["pepper", "two words:=1"]])
 def test_other_arguments_are_refused_with_a_reason(argv, capsys):
     with pytest.raises(SystemExit) as refusal:

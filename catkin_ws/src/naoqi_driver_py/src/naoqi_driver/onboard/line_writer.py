@@ -33,7 +33,7 @@ class LineWriter(object):
 
     def __call__(self, text):
         # type: (Any) -> None
-        line = "".join((self._prefix, text, "\n"))
+        line = "".join((self._prefix, text, "\n"))  # type: Any
         if not isinstance(line, bytes):  # Python 2.7 has bytes for texts, but where a pilot's name holds any letter
             line = line.encode("utf-8", "replace")
         with self._changed:
