@@ -126,6 +126,19 @@ def test_stops_when_the_commanding_node_is_killed(station):
     station.told("no command: No command for")
 
 
+def test_what_holds_the_robot_holds_programs_that_know_no_gate(station):
+    """The red stop, and whatever else `drive_lease` says why nobody may drive."""
+    way = "0.1" if station.place() < 0.5 else "-0.1"
+    twist = ("geometry_msgs/Twist", f"{{linear: {{y: {way}}}}}")
+    hold = ("/rto3/drive/hold", "std_msgs/String", "anna has pressed the red stop.")
+    with station.graph.run("rostopic", "pub", "-r", "10", "/rto3/cmd_vel", *twist):
+        station.until(lambda: abs(station.speed()) > 0.08, "it drives")
+        with station.graph.run("rostopic", "pub", "-l", *hold):
+            station.until(lambda: abs(station.speed()) < 0.01, "it is held")
+            station.stays()
+        station.until(lambda: abs(station.speed()) > 0.08, "it drives on")
+
+
 @pytest.mark.parametrize("nonsense", [math.nan, math.inf])
 def test_stops_on_a_command_that_is_no_number_and_obeys_the_next_one(station, nonsense):
     station.cruise()

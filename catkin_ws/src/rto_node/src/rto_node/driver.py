@@ -1,6 +1,7 @@
 """The node rto_node: velocities and outputs to the robot, sensors from it.
 
-Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.5 s),
+Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.5 s), but not while
+            drive/hold (std_msgs/String, of drive_lease) says why nobody may drive,
             set_digital_values (rto_msgs/DigitalReadings): the eight digital outputs.
 Publishes:  20 Hz: distance_sensors (sensor_msgs/PointCloud: the guide's points, 0.2 m + reading around the middle, in
             base_link; channel "range" holds the readings [m]), distance_sensors_scan (sensor_msgs/LaserScan: true
@@ -37,6 +38,7 @@ from rto_node.link import Link, find_address
 from telepresence.geometry import Velocity
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
+from telepresence.station import heartbeat
 from telepresence.station.fault_sentences import UNREACHABLE
 
 SEND_PERIOD = 0.05
@@ -84,7 +86,10 @@ class Driver:
             )
         }
         self._drives = bool(rospy.get_param("~drive", True))
+        self._hold = ""
         if self._drives:
+            # The gate on this side has no hold on programs that publish what it would: the red stop holds them here.
+            self._holds = rospy.Subscriber("drive/hold", String, self._on_hold, queue_size=1)
             subscribe_velocities("cmd_vel", self._on_velocity)
         rospy.Subscriber("set_digital_values", DigitalReadings, self._on_outputs, queue_size=1)
 
@@ -94,7 +99,13 @@ class Driver:
 
     # --- to the robot ------------------------------------------------------------------------------------------------
 
+    def _on_hold(self, message: String) -> None:
+        self._hold = clean(message.data)
+
     def _on_velocity(self, twist: Twist) -> None:
+        if self._hold and self._holds.get_num_connections():
+            rospy.logwarn_throttle(5.0, "cmd_vel is not obeyed: %s", self._hold)
+            twist = Twist()
         self._watchdog.command(twist.linear.x, twist.linear.y, twist.angular.z, time.monotonic())
         self._wake.set()
 
@@ -108,6 +119,7 @@ class Driver:
     def _drive(self) -> None:
         sent_at = -math.inf
         while not self._node.stop.is_set():
+            heartbeat.beat(ROBOT_PATIENCE)
             self._wake.wait(SEND_PERIOD)
             if self._node.stop.wait(max(0.0, sent_at + SHORTEST_SEND_PERIOD - time.monotonic())):
                 break
