@@ -200,6 +200,17 @@ def test_a_stop_ends_a_goal_of_a_robot_that_nobody_drove(drive):
     assert drive.given[-2:] == ["end of the goal", NOTHING]
 
 
+def test_a_velocity_that_does_not_pass_ends_a_goal_all_the_same(drive):
+    drive.base.go_to(1.0, 0.0, 0.5)
+    drive.run(0.1)
+    drive.base.end_goals()  # the gate refuses what the pilot commands, so that no velocity comes here
+    drive.run(0.1)
+    assert "end of the goal" in drive.given and drive.base.state != "driving to the goal"
+    drive.base.go_to(2.0, 0.0, 0.0)
+    drive.run(0.1)
+    assert ("goal", 2.0, 0.0, 0.0) in drive.given, "the next one is driven to"
+
+
 def test_goal_reached_is_over(drive):
     drive.base.go_to(1.0, 0.0, 0.0)
     drive.run(0.1)

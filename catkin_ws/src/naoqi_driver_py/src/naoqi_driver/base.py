@@ -85,6 +85,7 @@ class BaseDriver:
         self._wanted_goal: Pose | None = None
         self._following = False
         self._goals_ended = object()  # a new one at each end: two threads that counted at once might count as one
+        self._goal_since = self._goals_ended  # the end before the newest goal
         self._refusal = ""
         self._refusal_until = 0.0
         self._refusal_stamp: list | None = None
@@ -116,19 +117,18 @@ class BaseDriver:
         Raises:
             RobotUnreachable, CallRefused: The robot does not say where it is; see `Connection.call`.
         """
-        goal = Pose(x, y, theta)
+        goal, ended = Pose(x, y, theta), self._goals_ended
         if in_odometry:
-            ended = self._goals_ended
             robot = self._connection.call("ALMotion", "getRobotPosition", True)
             goal = relative_pose(goal, Pose(*numbers(robot, 3, "getRobotPosition")))
             if self._goals_ended is not ended:
                 log.warning("goal refused: the robot was stopped or driven while it said where it is")
                 return
-        self._wanted_goal = goal
+        self._goal_since, self._wanted_goal = ended, goal
 
     def end_goals(self) -> None:
-        """Have goals that have been given refused, also those that `step` does not know yet. To be called at every
-        stop and velocity, which may count for less time than the robot takes to say where it is."""
+        """End goals that have been given, also those that `step` does not know yet. To be called at every stop and
+        velocity, which may count for less time than the robot takes to say where it is, or not pass the gate."""
         self._goals_ended = object()
 
     def supervise(self, now: float, timeout: float = 1.0) -> None:
@@ -207,6 +207,9 @@ class BaseDriver:
             return
         self._driving_since, self._zeros_until = math.inf, -math.inf
         self._link.release(command.fault)
+        given = self._following or self._wanted_goal is not None
+        if given and self._goal_since is not self._goals_ended:
+            self._end_goal("the robot was stopped or driven")
         wanted, self._wanted_goal = self._wanted_goal, None
         if wanted is not None:
             self._link.go_to(*wanted)
