@@ -41,15 +41,20 @@ class PilotsRequests:
         """When the server that was last heard of began."""
 
     def ask(self, what: str, timeout: float) -> Done | None:
-        """Wait for what became of one of `datagram.REQUESTS`; None when no answer came within `timeout` seconds."""
+        """Wait for what became of one of `datagram.REQUESTS`; None when no answer came within `timeout` seconds, or a
+        stop was asked for after a reset."""
         with self._answered:
             if what == "reset stop" and self._again is not None:
                 self._waiting.pop(self._again)
                 self._again = None
+            if what == "stop":  # an older reset that is repeated until it is answered must not follow it
+                for older in [number for number, other in self._waiting.items() if other == "reset stop"]:
+                    del self._waiting[older]
+                self._answered.notify_all()
             number = self._add(what)
-            came = self._answered.wait_for(lambda: number in self._answers, timeout)
-            del self._waiting[number]
-            return self._answers.pop(number) if came else None
+            self._answered.wait_for(lambda: number in self._answers or number not in self._waiting, timeout)
+            self._waiting.pop(number, None)
+            return self._answers.pop(number, None)
 
     def waiting(self) -> list[tuple[int, str]]:
         """What has not been answered yet, by number."""

@@ -130,3 +130,13 @@ def test_a_server_that_does_not_say_when_it_began_is_taken_for_the_same(requests
     requests.report(report(None, "stopped"))
     requests.report(report(None))
     assert asked(requests) == []
+
+
+def test_a_reset_that_waits_gives_way_to_a_stop(requests, wait_until):
+    done: list[Done | None] = []
+    asking = threading.Thread(target=lambda: done.append(requests.ask("reset stop", 30.0)))
+    asking.start()
+    wait_until(lambda: asked(requests) == ["reset stop"], "the reset is asked")
+    requests.do("stop")
+    asking.join(10.0)
+    assert done == [None] and asked(requests) == [], "it is not repeated after the stop"

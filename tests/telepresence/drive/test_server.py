@@ -10,7 +10,7 @@ import pytest
 
 from telepresence.drive.datagram import INFINITY
 from telepresence.drive.link import DriveLink
-from telepresence.drive.server import AT_REST, CLEAR, SHORTEST_PERIOD, DrivenBase, DriveServer, Outcome
+from telepresence.drive.server import AT_REST, BREATH, CLEAR, SHORTEST_PERIOD, DrivenBase, DriveServer, Outcome
 
 
 class Base(DrivenBase):
@@ -60,3 +60,20 @@ def test_a_base_that_tries_again_and_again_floods_nobody_with_reports(base, link
     wait_until(lambda: base.steps > steps + 300, "it is asked often")
     reports, seconds = link.report()[0].seq - first, time.monotonic() - began
     assert reports <= 2 + seconds / SHORTEST_PERIOD
+
+
+def test_a_flood_lets_the_server_rest_or_linux_would_take_its_priority(base, monkeypatch):
+    server = DriveServer(base, "127.0.0.1", 0, None, lambda _line: None)
+    waits: list[float] = []
+
+    class Flooded:
+        """A socket in which there is always another datagram."""
+
+        def recvfrom(self, _size: int) -> tuple[bytes, tuple[str, int]]:
+            return b"?", ("127.0.0.1", 9)
+
+    with contextlib.closing(server), monkeypatch.context() as patched:
+        patched.setattr(server, "_socket", Flooded())
+        patched.setattr("telepresence.drive.server.select.select", lambda *_: waits.append(_[3]))
+        server._listen(0.0)
+    assert waits == [0.0, BREATH]

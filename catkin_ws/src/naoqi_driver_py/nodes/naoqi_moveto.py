@@ -51,7 +51,7 @@ from telepresence.geometry import ZERO_VELOCITY, Velocity, yaw_of
 from telepresence.safety import PEPPER, SECTORS, Decision, Latched, State
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
-from telepresence.station import priority
+from telepresence.station import heartbeat, priority
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
 MOTION_CYCLE, BURST = 0.02, 3
@@ -198,6 +198,7 @@ class MoveTo:
 
     def _loop(self) -> None:
         while not self._node.stop.is_set():
+            heartbeat.beat(PERIOD + self._node.patience)
             woken = self._wake.wait(PERIOD)
             if woken:
                 if self._node.stop.wait(max(0.0, self._pace.due() - time.monotonic())):
