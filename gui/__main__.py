@@ -283,6 +283,11 @@ def parse(argv: list[str]) -> argparse.Namespace:
         "--no-attach", dest="attach", action="store_const", const=Attach.NEVER, help="wait for the buttons"
     )
     parser.add_argument(
+        "--converse", action="store_true",
+        help="begin the conversation as soon as a pilot has the robot, as Robot feed does: for whoever has started the "
+             "robot's programs with conversation:=false",
+    )  # fmt: skip
+    parser.add_argument(
         "--scale", metavar="FACTOR", type=float, default=0.0,
         help="show everything this much larger; default by the height of the screen, 2 on 4K",
     )  # fmt: skip

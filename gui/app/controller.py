@@ -69,6 +69,8 @@ class Controller(QObject):
         super().__init__(window)
         self._window, self._link, self._terminal = window, link, terminal
         self._attach = attach
+        self.begins_conversation = False
+        """Whether attaching begins the conversation, too, when it is a pilot who has come."""
         self.access: DriveAccess = MovementAccess(link) if link.robot.by_movement else LeaseAccess(link)
         self.gamepad = gamepad or Gamepad(None, self)
         self.controls = DriveControls()
@@ -247,6 +249,8 @@ class Controller(QObject):
             self._attach = Attach.NEVER
             self._window.feedButton.setChecked(True)
             self.session.join(start_keyboard=self.access.is_pilot)
+            if self.begins_conversation and self.access.is_pilot:
+                self.conversation.greet()
 
     def _on_picture(self, picture: Picture) -> None:
         first = self._window.video.age() == float("inf")

@@ -53,6 +53,7 @@ class RobotTab(QObject):
         self.controller = Controller(
             self.window, self.link, self.terminal, arguments.attach, arguments.sign_in, self.gamepad
         )
+        self.controller.begins_conversation = arguments.converse
         if arguments.gamepad == "joy":
             self.link.channel("joy").arrived.connect(lambda joy: self.gamepad.receive(*joy))
             self.link.watch("joy", True)

@@ -11,11 +11,12 @@ from telepresence.teleop.drive_lease import PILOT, Account
 def open_window(qt, link, terminal, spin):
     opened = []
 
-    def open_one(attach=Attach.AUTO):
+    def open_one(attach=Attach.AUTO, role=PILOT, begins_conversation=False):
         window = OperatorWindow(terminal)
         window.address.setText("192.168.1.10")
         window.controller = Controller(window, link, terminal, attach)
-        window.controller.admit(Account("anna", PILOT))
+        window.controller.begins_conversation = begins_conversation
+        window.controller.admit(Account("anna", role))
         window.show_on_screen()
         opened.append(window)
         spin(window.isActiveWindow, "the window is active")

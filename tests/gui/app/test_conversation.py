@@ -11,6 +11,7 @@ from gui.app.conversation import PERIOD
 from gui.ros.channels import Answer
 from gui.ros.readings import PageState, VoiceSettings, VoiceState
 from telepresence.audio.voice_state import NO_CONVERSATION
+from telepresence.teleop.accounts import PILOT, WATCHER
 
 
 @pytest.fixture
@@ -32,6 +33,36 @@ def silent(open_window, link):
         window.feedButton.click()
     assert begun(link) == {"show_page": False, "conversation": False}
     return window
+
+
+def test_a_pilot_who_comes_to_a_robot_is_seen_and_heard_there(open_window, link, spin):
+    window = open_window(begins_conversation=True)
+    link.lease.update(pilot="ben", window="/other")
+    link.become(**RUNNING)
+    QTest.qWait(PERIOD + 50)
+    assert begun(link) == {} and window.feedButton.isChecked(), "somebody else has the robot"
+    link.report_lease(pilot="anna", window=link.node_name)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "anna has it")
+    window.controller.dismiss()
+    assert begun(link) == {"show_page": False, "conversation": False}
+
+
+@pytest.mark.parametrize(("role", "begins"), [(WATCHER, True), (PILOT, False)])
+def test_nobody_else_begins_by_coming(open_window, link, role, begins):
+    window = open_window(role=role, begins_conversation=begins)
+    link.become(**RUNNING)
+    QTest.qWait(PERIOD + 50)
+    assert window.feedButton.isChecked() and begun(link) == {}
+
+
+def test_who_comes_to_a_robot_in_the_back_is_heard_there_once_it_is_in_front(open_window, link, spin):
+    window = open_window(begins_conversation=True)
+    window.controller.conversation.set_in_front(False)
+    link.become(**RUNNING)
+    QTest.qWait(PERIOD + 50)
+    assert begun(link) == {}
+    window.controller.conversation.set_in_front(True)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the tab has been chosen")
 
 
 def test_who_only_watches_neither_begins_nor_ends_the_conversation(open_window, link):

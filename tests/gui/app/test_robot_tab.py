@@ -14,7 +14,7 @@ from gui.settings import Settings
 @pytest.fixture
 def make_tab(qt, tmp_path):
     """A tab as it is when the window opens, without a ROS master."""
-    arguments = argparse.Namespace(gamepad="none", attach=Attach.NEVER, sign_in=False, folder=tmp_path)
+    arguments = argparse.Namespace(gamepad="none", attach=Attach.NEVER, sign_in=False, folder=tmp_path, converse=False)
 
     def make(settings):
         tab = RobotTab(RosNode(), ROBOTS["robotino"], "192.168.0.1", arguments)
