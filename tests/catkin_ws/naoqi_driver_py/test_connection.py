@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 import qi
 from machines import Machine
-from naoqi_driver.connection import Address, CallRefused, Connection, Login, RobotUnreachable
+from naoqi_driver.connection import Address, CallRefused, Connection, Login, RobotUnreachable, _hint
 from talker import Caller
 
 from telepresence import start_patience
@@ -122,6 +122,15 @@ def test_unreachable_robot_is_reported_once_with_address_and_cause(free_port, ca
     assert len(said) == 1
     assert f"tcp://127.0.0.1:{port}" in said[0]
     assert "Connection refused" in said[0]
+    assert f"nao_ip:= its address?  ./stack doctor 127.0.0.1:{port}" in said[0], "what a person can look at"
+
+
+def test_a_robot_that_is_there_and_refuses_us_is_not_looked_for_in_the_network():
+    address = Address.parse("10.0.0.7")
+    assert _hint(address, "no answer within 2 s").endswith("./stack doctor 10.0.0.7")
+    assert _hint(address, "Connect error: -2: Name or service not known (tcp://pepper:9559)")
+    assert _hint(address, "Connect error: the certificate of 10.0.0.7:9503 has changed") == ""
+    assert _hint(address, "Authentication failed") == ""
 
 
 @pytest.mark.parametrize("fault", ["cut", "freeze"])

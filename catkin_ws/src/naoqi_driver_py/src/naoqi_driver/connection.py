@@ -15,6 +15,7 @@ with growing pauses. Any thread may call; a call without a link fails at once wi
 from __future__ import annotations
 
 import logging
+import re
 import threading
 import time
 from collections.abc import Callable
@@ -23,7 +24,7 @@ from typing import Any
 
 from naoqi_driver.certificate_pin import CertificatePin, tls_context
 from naoqi_driver.replies import CallRefused, RobotError, UnexpectedReply, bounded
-from telepresence import naoqi, start_patience
+from telepresence import naoqi, ports, start_patience
 from telepresence.security.outside_text import LONGEST, clean
 
 log = logging.getLogger(__name__)
@@ -288,7 +289,10 @@ class Connection:
                 cause = _first_line(error)
                 self._problem = cause
                 if cause != reported and time.monotonic() - failing_since >= patience:
-                    log.warning("cannot reach the robot at %s: %s; trying again until it answers", self.address, cause)
+                    hint = _hint(self.address, cause)
+                    log.warning(
+                        "cannot reach the robot at %s: %s; trying again until it answers%s", self.address, cause, hint
+                    )
                     reported = cause
                 self._stop.wait(pause)
                 if time.monotonic() - failing_since >= EAGER_TIME:
@@ -375,6 +379,17 @@ class Connection:
 
 _BROKEN_LINK = ("Socket is not connected", "Session closed", "Session not connected.", "Socket Disconnected")
 """Texts for a request that a dying link swallowed."""
+_NOBODY_THERE = re.compile(r"no answer|Connect error: -?\d+: ")
+"""How a cause begins that the network gives; of a robot that is there and refuses us, the cause says what to do."""
+
+
+def _hint(address: Address, cause: str) -> str:
+    """What a person can look at when nobody answers; empty for another cause."""
+    if not _NOBODY_THERE.match(cause):
+        return ""
+    host, port = address.place
+    place = host if port == ports.NAOQI else f"{host}:{port}"
+    return f". Is it on, in this network, and is nao_ip:= its address?  ./stack doctor {place}"
 
 
 def _first_line(error: Exception) -> str:
