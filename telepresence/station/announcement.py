@@ -39,8 +39,8 @@ def banner(
     lines = [""]
     for wire in wires:
         usual, kind = (wire.simulated_port, "simulated") if simulated else (wire.real_port, "real")
-        address, port = settings.get(wire.address, "127.0.0.1"), settings.get(wire.port, usual)
-        lines.append(f"  robot        {wire.name}, {kind}, {wire.scheme}://{address}:{port}")
+        where = robot_url(wire.scheme, settings.get(wire.address, "127.0.0.1"), settings.get(wire.port, usual))
+        lines.append(f"  robot        {wire.name}, {kind}, {where}")
     lines.append(f"  ROS master   {master_uri}")
     links = pepper_links(robot, settings, simulated)
     if PEPPER in wires:
@@ -58,6 +58,19 @@ def banner(
         lines.append(f"  output       {output}")
     lines += ["", f"  {END}", ""]
     return "\n".join(lines)
+
+
+def robot_url(scheme: str, address: str, port: str | int) -> str:
+    """Return how a robot is reached.
+
+    Args:
+        scheme, port: Where the address has none of its own.
+        address: As a person gives it: host, host:port, or with a scheme, as a Pepper's with NAOqi 2.9.
+    """
+    named, separator, place = address.rpartition("://")
+    host, colon, number = place.rpartition(":")
+    has_port = bool(colon) and number.isdigit() and (":" not in host or host.endswith("]"))
+    return f"{named if separator else scheme}://{place if has_port else f'{place}:{port}'}"
 
 
 def pepper_links(robot: str, settings: dict[str, str], simulated: bool) -> list[str]:

@@ -97,6 +97,21 @@ def test_both_robots_are_announced_with_their_addresses():
     assert "pepper, real, tcp://127.0.0.1:9000" in text and "robotino, real, http://10.0.0.1:80" in text
 
 
+@pytest.mark.parametrize(
+    ("address", "url"),
+    [
+        ("10.0.0.7", "tcp://10.0.0.7:9503"),
+        ("10.0.0.7:9559", "tcp://10.0.0.7:9559"),
+        ("tcps://10.0.0.7", "tcps://10.0.0.7:9503"),
+        ("tcps://10.0.0.7:9504", "tcps://10.0.0.7:9504"),
+        ("tcps://[fe80::1]", "tcps://[fe80::1]:9503"),
+    ],
+)
+def test_an_address_keeps_the_scheme_and_the_port_that_it_has(address, url):
+    text = announcement.banner("pepper", {"nao_ip": address, "nao_port": "9503"}, "http://m:1", False)
+    assert f"pepper, real, {url}\n" in text
+
+
 def test_the_pilots_page_is_on_loopback_unless_a_person_names_another_address():
     assert pilot_page.pilot_page_address({}) == "127.0.0.1"
     assert pilot_page.pilot_page_address({"page": "false"}) is None
