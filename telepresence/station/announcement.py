@@ -7,6 +7,7 @@ from pathlib import Path
 
 from telepresence import ports
 from telepresence.station.launch_settings import PEPPER, STATIONS
+from telepresence.station.pilot_page import certificate_fingerprint
 from telepresence.station.screen import Screen
 
 PAGE_KEY, ROBOT_PAGE_KEY = "TELEPRESENCE_PAGE_KEY", "TELEPRESENCE_ROBOT_PAGE_KEY"
@@ -47,6 +48,8 @@ def banner(
         lines.append(f"  tablet page  {links[0] if links else 'com_cam prints its address, with the key to it'}")
     if link:
         lines.append(f"  pilot's page {link}")
+        if certificate := certificate_fingerprint(settings):
+            lines.append(f"  certificate  SHA-256 {certificate}")
     if links:
         lines.append(f"  owner's page {links[1]}")
     if screen is not None:

@@ -61,6 +61,7 @@ class OwnPage:
                 raise RuntimeError(f"page_certificate:={certificate}: {error}") from None
             if names:
                 self._host = f"{names[0]}:{self._port}"
+        self._settings = settings
         opened = settings.get("page", "true").lower() not in ("true", "false")
         self._signs_in = is_on(settings, "sign_in", usual=opened or not simulated)
         self._invitations = Invitations(beside())
@@ -77,6 +78,8 @@ class OwnPage:
         """Return the link, which opens the page for whoever has it if there is no other way to come in."""
         if self.address is None:
             return ""
+        if shown_certificate(self._settings) is not None:
+            self._make_certificate()
         url = self._by_proxy or f"https://{self._host}/"
         if os.environ.get(SITE):  # which lets people in itself, by one link to all robots
             return url
@@ -102,11 +105,51 @@ class OwnPage:
         self.invitation = invitation
         return link
 
+    def _make_certificate(self) -> None:
+        """Make what the page will show, so that the person at the terminal reads its fingerprint before others come."""
+        from telepresence.page.certificate import server_files
+
+        names = {str(self.address), page_host(str(self.address), "").partition(":")[0]}  # as the page asks for it
+        with contextlib.suppress(OSError):  # the page says what is wrong with its folder
+            server_files(page_folder(self._settings.get("page_folder", "")), names)
+
     def close(self) -> None:
         """The station ends, and with it what only this run has given out."""
         if self.invitation:
             with contextlib.suppress(InvitationError):  # somebody has withdrawn it
                 self._invitations.withdraw(self.invitation)
+
+
+def page_folder(setting: str = "") -> Path:
+    """Return the folder with the page's certificate, sign-ins and audit.
+
+    Args:
+        setting: Of a person; empty for the usual one.
+    """
+    return Path(setting) if setting else Path.home() / ".config/telepresence/page"
+
+
+def shown_certificate(settings: Mapping[str, str]) -> Path | None:
+    """Return the file of a certificate that is ours and that browsers of other machines warn of; None for no such."""
+    address = settings.get("page", "true")
+    if address.lower() in ("true", "false") or ipaddress.IPv4Address(address).is_loopback:
+        return None
+    file = page_folder(settings.get("page_folder", "")) / "page.crt"
+    ours = not any(settings.get(name) for name in ("page_certificate", "page_proxy"))
+    return file if ours and file.is_absolute() else None  # another folder is the one that the page starts in
+
+
+def certificate_fingerprint(settings: Mapping[str, str]) -> str:
+    """Return the SHA-256 of that certificate, to be compared with what a browser shows; empty where there is none."""
+    file = shown_certificate(settings)
+    if file is None:
+        return ""
+    from telepresence.page.certificate import fingerprint
+
+    try:
+        return fingerprint(file)
+    except (OSError, ValueError):
+        return ""
 
 
 def page_by_proxy(settings: Mapping[str, str]) -> tuple[str, str]:

@@ -11,7 +11,7 @@ import threading
 
 import pytest
 
-from telepresence.page.certificate import names_of, server_context
+from telepresence.page.certificate import fingerprint, names_of, server_context
 from telepresence.page.entrance import Entrance
 from telepresence.station import announcement, launch_settings, pilot_page, start_conditions, up
 from telepresence.station.ros_master import master_answers, master_proxy
@@ -145,6 +145,27 @@ def test_the_link_to_the_page_opens_it_only_where_there_is_no_other_way_in(tmp_p
         pilot_page.OwnPage({"page_certificate": str(tmp_path / "none")}, simulated=True)
     link = pilot_page.OwnPage({"pilot_page_port": "9443"}, simulated=True).open()
     assert link == f"https://127.0.0.1:9443/#k={os.environ[pilot_page.PILOT_PAGE_KEY]}"
+
+
+def test_the_fingerprint_of_a_page_for_other_machines_stands_below_its_link(tmp_path, monkeypatch):
+    monkeypatch.setattr(pilot_page, "_is_ours", lambda address: True)
+    monkeypatch.setenv("TELEPRESENCE_USERS", str(tmp_path / "users.db"))
+    settings = {"page": "10.0.0.7", "page_folder": str(tmp_path)}
+
+    def said(**more: str) -> str:
+        link = pilot_page.OwnPage(settings | more, simulated=True).open()
+        return announcement.banner("pepper", settings | more, "http://m:1", True, link=link)
+
+    text = said()
+    shown = fingerprint(tmp_path / "page.crt")
+    assert re.search(rf"  pilot's page https://10\.0\.0\.7:8443/#i=\S+\n  certificate  SHA-256 {shown}\n", text)
+    server_context(tmp_path, {"10.0.0.7"})  # the page's program
+    assert fingerprint(tmp_path / "page.crt") == shown and said().count(shown) == 1
+    assert "SHA-256" not in said(page="true"), "only this computer reaches it"
+    assert "SHA-256" not in said(page_certificate=str(tmp_path / "page.crt")), "a person's own, which browsers trust"
+    assert "SHA-256" not in said(page_url="https://robots.example/anna/", page_proxy="10.8.0.5"), "the proxy's counts"
+    (tmp_path / "file").touch()
+    assert "SHA-256" not in said(page_folder=str(tmp_path / "file")), "the page says what is wrong"
 
 
 def test_the_key_of_the_link_is_the_person_who_started_a_station_where_nobody_signs_in(tmp_path):

@@ -33,7 +33,7 @@ from telepresence.page.entrance import Entrance
 from telepresence.page.proxy import Proxy
 from telepresence.page.relays import Relays
 from telepresence.station.container_image import page_host
-from telepresence.station.pilot_page import PILOT_PAGE_KEY, SITE
+from telepresence.station.pilot_page import PILOT_PAGE_KEY, SITE, page_folder
 from telepresence.switch import switch
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.invitations import Invitations, beside
@@ -150,7 +150,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser.add_argument("--url", default="", help="how browsers reach the page by a proxy: https://HOST[:PORT]/ROBOT/")
     parser.add_argument("--proxy", default="", metavar="unix:FILE|ADDRESS", help="where the proxy's requests come from")
     options = parser.parse_args([word for word in argv if ":=" not in word])
-    options.certificates = options.certificates or str(Path.home() / ".config/telepresence/page")
+    options.certificates = str(page_folder(options.certificates))
     return options
 
 
