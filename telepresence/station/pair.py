@@ -7,32 +7,41 @@
     ./stack pair --forget 192.168.0.1
 
 make_bundle.py or, for Pepper, make_drive_server.py makes the key and shows it once (docs/robotino.md,
-docs/pepper.md). Standard library only.
+docs/pepper.md). Root goes on as the user who would run the station: the key is for that user's programs. Standard
+library only.
 """
 
 from __future__ import annotations
 
 import argparse
 import getpass
+import pwd
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from telepresence.security import robot_key
 from telepresence.security.robot_key import MOST_TEXT, RobotKey
+from telepresence.station.unprivileged import OnlyRoot, become, choose_user, must_leave_root
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     options = parse(sys.argv[1:] if arguments is None else arguments)
     try:
+        user = choose_user(module="telepresence.station.pair") if must_leave_root() else None
+        key = None
+        if user is not None:
+            if options.file is not None and not _belongs_to(options.file, user):
+                key = read_key(options.robot, options.file)  # root's own
+            become(user)
         if options.list:
             print(listing(), end="")
         elif options.forget:
             print(forget(options.robot))
         else:
-            print(pair(options.robot, read_key(options.robot, options.file)))
-    except (OSError, ValueError) as error:
+            print(pair(options.robot, key or read_key(options.robot, options.file)))
+    except (OSError, ValueError, OnlyRoot) as error:
         print(f"pair: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
@@ -68,6 +77,13 @@ def read_key(robot: str, file: Path | None) -> RobotKey:
     if sys.stdin.isatty():
         return RobotKey.parse(getpass.getpass(f"Key of the robot at {robot} (64 digits, not shown): "))
     return RobotKey.parse(sys.stdin.read(MOST_TEXT))
+
+
+def _belongs_to(file: Path, user: pwd.struct_passwd) -> bool:
+    try:
+        return file.lstat().st_uid == user.pw_uid
+    except OSError:
+        return False
 
 
 def pair(robot: str, key: RobotKey) -> str:

@@ -46,15 +46,19 @@ def must_leave_root(environment: Mapping[str, str] = os.environ) -> bool:
     return sum(int(line.split()[2]) for line in Path("/proc/self/uid_map").read_text().splitlines()) > 1
 
 
-def choose_user(environment: Mapping[str, str] = os.environ) -> pwd.struct_passwd:
+def choose_user(
+    environment: Mapping[str, str] = os.environ, module: str = "telepresence.station.up"
+) -> pwd.struct_passwd:
     """Return who runs the station in root's place.
 
+    Args:
+        module: What they must be able to import; this interpreter may have nothing but the standard library.
     Raises:
         OnlyRoot: Nobody can.
     """
     problems = []
     for user in _candidates(environment):
-        problem = _problem(user)
+        problem = _problem(user, module)
         if problem is None:
             return user
         problems.append(problem)
@@ -86,6 +90,17 @@ def environment_for(user: pwd.struct_passwd, environment: Mapping[str, str]) -> 
         if str(user.pw_uid) != environment.get("SUDO_UID"):
             made.pop("DISPLAY", None)
     return made
+
+
+def become(user: pwd.struct_passwd) -> None:
+    """Let this process, which is root's, go on as the user, in their environment."""
+    environment = environment_for(user, os.environ)
+    print(f"Not as root but as {user.pw_name}, whose home is {user.pw_dir}.", file=sys.stderr)
+    os.initgroups(user.pw_name, user.pw_gid)
+    os.setresgid(user.pw_gid, user.pw_gid, user.pw_gid)
+    os.setresuid(user.pw_uid, user.pw_uid, user.pw_uid)
+    os.environ.clear()
+    os.environ.update(environment)
 
 
 def replace_by(command: list[str]) -> int:
@@ -148,11 +163,11 @@ def _system_user() -> pwd.struct_passwd:
         return pwd.getpwnam(SYSTEM_USER)
 
 
-def _problem(user: pwd.struct_passwd) -> str | None:
+def _problem(user: pwd.struct_passwd, module: str) -> str | None:
     """Return why this user cannot run the station."""
     if not _may(user, "test", "-w", user.pw_dir):
         return f"{user.pw_name} has no home to write to"
-    if not _may(user, sys.executable, "-c", "import telepresence.station.up"):
+    if not _may(user, sys.executable, "-c", f"import {module}"):
         return f"{user.pw_name} cannot read {ROOT}"
     return None
 

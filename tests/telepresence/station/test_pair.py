@@ -79,3 +79,42 @@ def test_a_key_file_that_others_can_read_is_not_taken(tmp_path, capsys):
     (tmp_path / "robot.key").chmod(0o644)
     assert main(["robot", "--file", str(tmp_path / "robot.key")]) == 1
     assert "chmod 600" in capsys.readouterr().err
+
+
+PRIVATE = """
+set -e
+mount --bind {folder}/etc /etc
+mount --bind {folder}/var /var/lib
+useradd --create-home --home-dir /var/lib/anna --shell /bin/bash anna
+export SUDO_UID=$(id -u anna) PYTHONPATH={root}
+echo {key} >/var/lib/robot.key
+chmod 600 /var/lib/robot.key
+chown {owner} /var/lib/robot.key
+pair() {{ /usr/bin/python3 -m telepresence.station.pair "$@"; }}
+pair 10.0.0.7 --file /var/lib/robot.key
+echo {key} | pair 10.0.0.8
+stat -c '%U %a %n' /var/lib/anna/.config/telepresence/keys/*
+pair --forget 10.0.0.7
+pair --list
+"""
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root becomes somebody else")
+@pytest.mark.parametrize("owner", ["root", "anna"])
+def test_a_key_that_root_brings_is_that_of_the_station(tmp_path, owner):
+    """It is stored where the station's user looks for it, by an interpreter that has nothing but its own library."""
+    (tmp_path / "var").mkdir()
+    subprocess.run(["cp", "-a", "/etc", tmp_path / "etc"], check=True)
+    script = PRIVATE.format(folder=tmp_path, root=ROOT, key=KEY.text, owner=owner)
+    environment = {name: value for name, value in os.environ.items() if name != "TELEPRESENCE_AS_ROOT"}
+    done = subprocess.run(
+        ["unshare", "--mount", "sh", "-c", script], env=environment, capture_output=True, text=True, timeout=60
+    )
+    if "nobody else can run it" in done.stderr:
+        pytest.skip("nobody but root can read this checkout")
+    assert done.returncode == 0 and "Not as root but as anna" in done.stderr, done.stderr
+    store = "/var/lib/anna/.config/telepresence/keys"
+    kept = [line for line in done.stdout.splitlines() if line.startswith("anna")]
+    assert kept == [f"anna 600 {store}/10.0.0.7.key", f"anna 600 {store}/10.0.0.8.key"]
+    assert done.stdout.splitlines()[-1].split() == ["10.0.0.8", KEY.fingerprint]
+    assert not (tmp_path / "config").exists(), "root's own store"
