@@ -1,7 +1,7 @@
 """The key of a robot: who has it may drive the robot, see through its camera, and talk through it.
 
 It is made with the robot's bundle and lies on the robot; `./stack pair ROBOT` puts it into the pilot's store,
-`$XDG_CONFIG_HOME/telepresence/keys/ADDRESS.key`. It never crosses the network: both sides only prove that they have it.
+`$XDG_CONFIG_HOME/telepresence/keys/ADDRESS.key`. No program sends it: both sides only prove that they have it.
 Standard library only, because it runs on the robot too.
 """
 
