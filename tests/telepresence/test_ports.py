@@ -14,6 +14,7 @@ import pepper_sim.simulation
 from telepresence import ports
 from telepresence.drive import datagram
 from telepresence.naoqi import dial
+from telepresence.station.launch_settings import OWN_SETTINGS, launch_arguments
 
 ROOT = Path(__file__).parents[2]
 PROGRAMS = [path for folder in ("launch", "catkin_ws/src") for path in sorted(ROOT.joinpath(folder).rglob("*.launch"))]
@@ -50,3 +51,10 @@ def test_what_runs_alone_has_the_same():
     assert robotino_onboard.CAMERA_PORT == ports.ROBOTINO_CAMERA
     assert robotino_onboard.SOUND_PORT == ports.ROBOTINO_SOUND
     assert pepper_sim.simulation.DEFAULT_PORT == dial.DEFAULT_PORT == ports.NAOQI
+
+
+@pytest.mark.parametrize("robot", ["pepper", "robotino"])
+def test_the_second_station_in_the_documentation_moves_every_port(robot):
+    (line,) = re.findall(rf"^ROS_MASTER_URI=.* \./stack up {robot} (.*)", (ROOT / "docs/faults.md").read_text(), re.M)
+    named = {word.partition(":=")[0] for word in line.split()}
+    assert named == {name for name in launch_arguments(robot) | OWN_SETTINGS if name.endswith("_port")}
