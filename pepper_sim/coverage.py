@@ -25,7 +25,7 @@ _WORDS = {"does": "does it", "refuses": "refuses", "cannot": "cannot here"}
 _HEAD = """\
 # What is documented, and what the simulated Pepper does
 
-Made by `python -m pepper_sim.coverage` from `pepper_sim/documented/`, of NAOqi 2.8's documentation and 2.5's.
+Made by `./stack exec python -m pepper_sim.coverage` from `pepper_sim/documented/`: NAOqi documentation 2.8 and 2.5.
 `tests/pepper_sim/test_documented_methods.py`, and its neighbour for those that take time, call every method below with
 valid and invalid arguments and compare types, times and errors.
 
@@ -116,7 +116,7 @@ def main(arguments: list[str] | None = None) -> int:
     if options.check:
         if PAGE.is_file() and PAGE.read_text() == text:
             return 0
-        print(f"{PAGE.name} is not what the files say: run python -m pepper_sim.coverage", file=sys.stderr)
+        print(f"{PAGE.name} is not what the files say:  ./stack exec python -m pepper_sim.coverage", file=sys.stderr)
         return 1
     PAGE.write_text(text)
     print(f"{PAGE}: {percentage(documented):.1f} %")

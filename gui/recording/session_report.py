@@ -47,7 +47,7 @@ def main(argv: list[str] | None = None) -> int:
     """Write the report; return the exit code."""
     arguments = sys.argv[1:] if argv is None else argv
     if len(arguments) != 1 or arguments[0].startswith("-"):
-        print("usage: python -m gui.session_report SESSION.bag", file=sys.stderr)
+        print("usage: ./stack exec python -m gui.session_report SESSION.bag", file=sys.stderr)
         return 2
     from gui.ros.bag import read_session  # the page itself needs no ROS
 

@@ -194,7 +194,8 @@ def pilot_page_address(settings: Mapping[str, str]) -> str | None:
     if not is_on(settings, "sign_in") and not ipaddress.IPv4Address(setting).is_loopback:
         raise RuntimeError(
             f"page:={setting} with sign_in:=false: everybody who reaches this computer would drive. Leave "
-            "sign_in:=false away, and let people in:  python -m gui.users add NAME  or  ./stack invite"
+            "sign_in:=false away, and let people in:  ./stack exec python -m gui.users add NAME --role pilot  or  "
+            "./stack invite --drive"
         )
     return setting
 

@@ -104,7 +104,7 @@ class Users:
         with self._open() as database:
             tables = ("accounts", "users")
             if not sum(database.execute(f"DELETE FROM {table} WHERE name = ?", (name,)).rowcount for table in tables):
-                raise UserError(f"There is nobody called '{name}'. See  python -m gui.users list")
+                raise UserError(f"There is nobody called '{name}'. See  ./stack exec python -m gui.users list")
 
     def all(self) -> list[Account]:
         """Return all accounts by name; those of versions before 0.4 have no public key until they have signed in."""
@@ -268,7 +268,9 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _parse(argv: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m gui.users", description="Who may sign in to the window.")
+    parser = argparse.ArgumentParser(
+        prog="./stack exec python -m gui.users", description="Who may sign in to the window."
+    )
     parser.add_argument("--file", type=Path, help=f"the accounts; default {default_path()}")
     commands = parser.add_subparsers(dest="command", required=True)
     add = commands.add_parser("add", help="make an account, or replace it: new password, role, rank")
