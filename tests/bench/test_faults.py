@@ -19,7 +19,7 @@ from faults import trial
 from faults.bad_link import BadLink
 from faults.far_station import entering
 from faults.figures import rows, spread, summary, table
-from faults.page import filled
+from faults.page import PAGE, ROWS, filled, known_rows, summarised
 from faults.station import Output, Sayings
 from faults.trace import Sample, drive_time, path_length, rest_time, way_ahead
 from faults.trial import Outcome
@@ -101,14 +101,23 @@ def test_what_never_came_is_never_in_the_table():
 
 
 def test_the_page_gets_its_table():
-    page = filled("# Page\n<!-- faults -->\nyesterday\n<!-- end -->\nrest\n", rows([outcome(), outcome(back=None)]))
+    empty = "# Page\n<!-- faults -->\nyesterday\n<!-- end -->\nrest\n"
+    page = filled(empty, rows([outcome(), outcome(back=None)]))
     assert "| pepper | pepper | topic | /driver | kill | 2 | 0.50 0.50 0.50 |" in page and "back > 3 |" in page
-    assert "yesterday" not in page and page.endswith("<!-- end -->\nrest\n") and "0 of 1 rows hold." in page
+    assert "yesterday" not in page and page.endswith("<!-- end -->\nrest\n")
     more = filled(page, rows([outcome(victim="/camera")]))
-    assert "| /driver | kill | 2 |" in more and "| /camera | kill | 1 |" in more and "1 of 2 rows hold." in more
+    assert "| /driver | kill | 2 |" in more and "| /camera | kill | 1 |" in more
+    short = summarised(empty, known_rows(more))
+    assert "| pepper | topic | 2 | 1 |" in short and "1 of 2 rows hold." in short and "yesterday" not in short
+    assert "| /driver |" in short and "| /camera |" not in short, "of the rows those that break a limit"
     again = filled(more, rows([outcome()]))
     assert "| /driver | kill | 1 |" in again and "| /camera |" in again, "a row that was measured again is replaced"
-    assert "2 of 2 rows hold." in again
+    assert summarised(short, known_rows(again)).partition("2 of 2 rows hold.\n")[2] == "<!-- end -->\nrest\n"
+
+
+def test_the_pages_agree_with_each_other():
+    found = known_rows(ROWS.read_text())
+    assert found and summarised(PAGE.read_text(), found) == PAGE.read_text()
 
 
 def test_processes_have_the_names_that_people_use():

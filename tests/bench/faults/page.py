@@ -1,10 +1,12 @@
-"""Writes the table of docs/last_second.md from the JSON files of the faults benchmark, one or several pieces of it:
+"""Writes the tables of docs/last_second.md and of docs/measured/last_second_rows.md from the JSON files of the faults
+benchmark, one or several pieces of it:
 
     ./stack bench faults --json FILE
     ./stack exec python tests/bench/faults/page.py FILE ...
 
-What stands between `<!-- faults -->` and `<!-- end -->` is replaced, but for rows of which these files have none: a
-table of several hours is made in pieces. docs/measured/faults.json keeps the figures, in the same way.
+What stands between `<!-- faults -->` and `<!-- end -->` is replaced: in the one page the sums and the rows that break a
+limit, in the other all rows. Rows of which these files have none stay: a table of several hours is made in pieces.
+docs/measured/faults.json keeps the figures, in the same way.
 """
 
 from __future__ import annotations
@@ -22,7 +24,9 @@ from faults.trial import Outcome
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 KEY = 5
 """Cells that name a row."""
-PAGE, FIGURES = DOCS / "last_second.md", DOCS / "measured" / "faults.json"
+PAGE, ROWS, FIGURES = DOCS / "last_second.md", DOCS / "measured/last_second_rows.md", DOCS / "measured/faults.json"
+BEGIN, END = "<!-- faults -->\n", "<!-- end -->"
+Row = tuple[str, ...]
 
 
 def main() -> None:
@@ -32,7 +36,8 @@ def main() -> None:
     kept = [row for row in known if (*_named(row), row["load"]) not in new]
     lines = [json.dumps(row) for row in (*kept, *(row.as_dict() for row in figures))]
     FIGURES.write_text("[\n" + ",\n".join(lines) + "\n]\n")
-    PAGE.write_text(filled(PAGE.read_text(), figures))
+    ROWS.write_text(filled(ROWS.read_text(), figures))
+    PAGE.write_text(summarised(PAGE.read_text(), known_rows(ROWS.read_text())))
 
 
 def _named(row: dict) -> tuple[str, ...]:
@@ -47,26 +52,42 @@ def read(path: Path) -> list[Figures]:
     return rows((Outcome(**one) for one in record["faults"]), record["load"])
 
 
+def known_rows(page: str) -> list[Row]:
+    """The rows that a page's table of all rows has."""
+    table = page.partition(BEGIN)[2].partition(END)[0]
+    found = [tuple(cell.strip() for cell in line.strip("|").split("|")) for line in table.splitlines()]
+    return [row for row in found if len(row) == len(HEAD) and row != HEAD and not row[0].startswith("---")]
+
+
 def filled(page: str, figures: Sequence[Figures]) -> str:
     """The page with its table made from these rows, and from those that it has besides."""
-    before, begin, rest = page.partition("<!-- faults -->\n")
-    table, end, after = rest.partition("<!-- end -->")
-    known = [tuple(cell.strip() for cell in line.strip("|").split("|")) for line in table.splitlines()]
-    known = [row for row in known if len(row) == len(HEAD) and row != HEAD and not row[0].startswith("---")]
     new = [cells(row) for row in figures]
     replaced = {row[:KEY] for row in new}
-    lines = [limits(), "", f"| {' | '.join(HEAD)} |", "|---" * len(HEAD) + "|"]
-    for row in (*(row for row in known if row[:KEY] not in replaced), *new):
-        lines.append(f"| {' | '.join(row)} |")
-    rows_of: dict[tuple[str, str], list[bool]] = {}
-    for line in lines[4:]:
-        row = [cell.strip() for cell in line.strip("|").split("|")]
-        rows_of.setdefault((row[0], row[2]), []).append(not row[-1])
-    short = [f"| {station} | {by} | {len(held)} | {sum(held)} |" for (station, by), held in sorted(rows_of.items())]
+    kept = [row for row in known_rows(page) if row[:KEY] not in replaced]
+    return _between(page, [limits(), "", *_table([*kept, *new])])
+
+
+def summarised(page: str, rows: Sequence[Row]) -> str:
+    """The page with how many of these rows hold, and those that break a limit."""
+    held: dict[tuple[str, str], list[bool]] = {}
+    for row in rows:
+        held.setdefault((row[0], row[2]), []).append(not row[-1])
+    sums = [f"| {station} | {by} | {len(each)} | {sum(each)} |" for (station, by), each in sorted(held.items())]
+    broken = [row for row in rows if row[-1]]
+    total = f"{len(rows) - len(broken)} of {len(rows)} rows hold."
     heading = ["| station | driven by | rows | hold |", "|---|---|---|---|"]
-    total = f"{sum(map(sum, rows_of.values()))} of {len(lines) - 4} rows hold."
-    text = "\n".join([*heading, *short, "", total, "", *lines])
-    return f"{before}{begin}{text}\n{end}{after}"
+    return _between(page, [*heading, *sums, "", total, *(["", limits(), "", *_table(broken)] if broken else [])])
+
+
+def _table(rows: Sequence[Row]) -> list[str]:
+    return [f"| {' | '.join(HEAD)} |", "|---" * len(HEAD) + "|", *(f"| {' | '.join(row)} |" for row in rows)]
+
+
+def _between(page: str, lines: Sequence[str]) -> str:
+    """The page with these lines between its marks."""
+    before, begin, rest = page.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    return f"{before}{begin}{chr(10).join(lines)}\n{end}{after}"
 
 
 if __name__ == "__main__":
