@@ -14,11 +14,13 @@ import subprocess
 import sys
 import textwrap
 import time
+from functools import partial
 from pathlib import Path
 
 import av
 import pytest
 import socket_table
+from repeated_presses import press_until
 from window_station import PASSWORD, ROOT, Station
 
 from gui.terminal.terminal_parts import listener
@@ -334,8 +336,13 @@ def test_a_session_is_recorded_while_the_safety_gate_slows_the_robot(
     wait_until(lambda: list(station.kept.glob("*.mp4")), "the film has begun")
     window.click(place("cameraTitle"))
     set_speed(screen, FAST)
-    screen.do("keydown", "w")
-    wait_until(lambda: station.newest("/safety")[0] in ("limited", "blocked"), "the safety gate acts", timeout=60.0)
+    press_until(
+        lambda: screen.do("keydown", "w"),
+        lambda: screen.do("keyup", "w"),
+        partial(wait_until, timeout=90.0),
+        lambda: station.newest("/safety")[0] in ("limited", "blocked"),
+        "the safety gate acts",
+    )
     time.sleep(0.6)  # until the window shows it
     photograph("gate")
     screen.do("keyup", "w")

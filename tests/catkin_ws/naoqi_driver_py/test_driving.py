@@ -75,10 +75,10 @@ class Station:
         until(lambda: self.state.startswith("stopped"), "the driver says so")
 
     def cruise(self, until, speed: float = 0.2) -> None:
-        """Drive straight on at this speed."""
+        """Drive straight on at about this speed: a busy machine makes it rise and fall, and there are walls."""
         until(lambda: self.pilot.subscribers() == 1, "the driver listens")
         self.pilot.drive(speed, 0.0, 0.0)
-        until(lambda: abs(self.speed() - speed) < 0.05 * abs(speed), f"the robot drives at {speed} m/s")
+        until(lambda: abs(self.speed() - speed) < 0.2 * abs(speed), f"the robot drives at {speed} m/s")
 
     def covered_since(self, since: float) -> float:
         """Return the greatest distance from where the robot was then [m]."""
