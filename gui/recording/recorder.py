@@ -199,11 +199,14 @@ class Recorder(QObject):
     def _on_filmed(self, process: QProcess, code: int, path: Path) -> None:
         said = bytes(process.readAll()).decode(errors="replace").strip()
         killed = process.exitStatus() == QProcess.ExitStatus.CrashExit
+        ended = self.ending
         self._forget(process)
         if killed and path.exists():
             self.failed.emit(f"The film did not end in order; {path.name} holds what came before.")
         elif code == 0 and not killed:
             self.filmed.emit(str(path))
+        elif ended and not said and not path.exists():
+            self.failed.emit("There is no film: the recording ended before the first picture.")
         else:
             reason = said.splitlines()[-1] if said else f"exit code {code}"
             self.failed.emit(f"There is no film {path.name}: {reason}.")

@@ -220,11 +220,13 @@ def test_a_film_that_does_not_end_is_killed(make_recorder, fake_ros, spin, monke
 def test_a_recorder_that_is_closed_at_once_does_not_wait(make_recorder, monkeypatch):
     """Its programs do not run yet, so that nothing can be interrupted."""
     monkeypatch.setattr(recorder_module, "PATIENCE", 60000)
-    recorder, _ = make_recorder()
+    recorder, said = make_recorder()
     before = time.monotonic()
     recorder.start("session", ["/odom"], "/camera/compressed")
     recorder.close()
     assert not recorder.recording and time.monotonic() - before < 30.0
+    films = [text for text in said if "film" in text]
+    assert films in ([], ["There is no film: the recording ended before the first picture."])
 
 
 FULL = "has less than {}B left, so the recording has ended; session.bag holds what came before. Delete something."
