@@ -87,11 +87,22 @@ def _find(animations: str) -> Iterator[str]:
     for family, numbers in _families(animations):
         folder, _, family = family.rpartition("/")
         for name in _names(family, numbers):
-            ending = f"/{folder}/{name}" if folder else f"/{name}"
-            matching = [path for path in _folders() if path.endswith(ending)]
+            ending = f"{folder}/{name}" if folder else name
+            matching = _paths_by_ending().get(ending)
             if not matching:
-                raise ValueError(f"library.toml: no folder has the animation {ending[1:]!r}")
+                raise ValueError(f"library.toml: no folder has the animation {ending!r}")
             yield from matching
+
+
+@functools.cache
+def _paths_by_ending() -> Mapping[str, list[str]]:
+    """Return the last parts of a path, "Hey_1" or "Gestures/Hey_1" -> every path that ends so."""
+    found: dict[str, list[str]] = {}
+    for path in _folders():
+        parts = path.split("/")
+        for start in range(1, len(parts)):
+            found.setdefault("/".join(parts[start:]), []).append(path)
+    return MappingProxyType(found)
 
 
 def _families(text: str) -> Iterator[tuple[str, list[str]]]:

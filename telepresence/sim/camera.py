@@ -63,8 +63,8 @@ class Feed:
 
 
 class Cameras:
-    """All cameras of one world. OpenGL starts at once (0.4 s), so that nothing stalls later; if it cannot, the first
-    `subscribe` says why."""
+    """All cameras of one world. OpenGL starts at once, beside whoever has made this; `wait_ready` waits for it, so that
+    nothing stalls later (0.4 s). If it cannot, the first `subscribe` says why."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -78,10 +78,11 @@ class Cameras:
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="cameras", daemon=True)
         self._thread.start()
+
+    def wait_ready(self) -> None:
+        """Wait until OpenGL has started, or cannot."""
         if not self._ready.wait(_START_TIMEOUT):
             log.error("OpenGL is not ready after %.0f s", _START_TIMEOUT)
-        # After OpenGL has registered its own end, so that it runs before: a context must not outlive its display.
-        atexit.register(self.close)
 
     def subscribe(self, camera: str | tuple[str, ...], width: int, height: int, fps: float, kind: str = "rgb") -> Feed:
         """Start drawing pictures of `camera`.
@@ -110,7 +111,7 @@ class Cameras:
             raise ValueError(f"the rate must be positive, got {fps}")
         found = tuple(map(self._find, names))
         feed = Feed(camera, int(width), int(height), float(fps), kind, LatestImage(), self, found)
-        if not self._ready.is_set():
+        if not self._ready.wait(_START_TIMEOUT):
             raise CamerasFailed("OpenGL is not ready")
         if self._failure is not None:
             raise CamerasFailed(f"pictures cannot be drawn: {self._failure}") from self._failure
@@ -176,6 +177,8 @@ class Cameras:
             self._failure = error
             self._ready.set()
             return
+        # After OpenGL has registered its own end, so that it runs before: a context must not outlive its display.
+        atexit.register(self.close)
         self._ready.set()
         try:
             while self._draw_due(painter):

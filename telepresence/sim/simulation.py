@@ -118,10 +118,11 @@ class Simulation:
             for robot in self.robots.values():
                 stack.callback(robot.close)
                 robot.enter(self.world, self.cameras, seed)
-            if start:
-                self.world.start()
             for request in requests:
                 self.robots[request.name].serve(address, request.port)
+            self.cameras.wait_ready()  # OpenGL has started beside all this
+            if start:
+                self.world.start()
             stack.callback(SpareMemory().close)
             self._stack = stack.pop_all()
 
