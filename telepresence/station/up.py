@@ -141,6 +141,8 @@ def parse(argv: list[str]) -> argparse.Namespace:
         for name in (each for each in WINDOWLESS if each in known):
             if found.settings.setdefault(name, "false").lower() not in ("false", "0"):
                 parser.error(f"a unit has neither window nor terminal: no {name}:={found.settings[name]}")
+        # Its own microphone and camera stand beside the robot; pilots bring theirs by the page.
+        found.settings.setdefault("conversation", "false")
     return found
 
 

@@ -60,7 +60,10 @@ def test_a_station_outlives_its_stack_up_and_a_site_does_not(monkeypatch, capsys
     ("words", "line"),
     [
         (["pepper", "gui:=false"], '/stack" "up" "pepper" "gui:=false"\n'),
-        (["unit", "robotino", "sim:=false"], '/stack" "unit" "robotino" "sim:=false" "gui:=false" "teleop:=false"\n'),
+        (
+            ["unit", "robotino", "sim:=false"],
+            '/stack" "unit" "robotino" "sim:=false" "gui:=false" "teleop:=false" "conversation:=false"\n',
+        ),
         (["site", str(SITE)], f'/stack" "site" "up" "{SITE}"\n'),
     ],
 )

@@ -222,7 +222,9 @@ def test_what_is_no_proxy_of_the_page_is_refused(settings, says):
 
 @pytest.mark.parametrize("robot", ["pepper", "robotino", "both"])
 def test_a_unit_has_neither_window_nor_keyboard(robot, capsys):
-    assert up.parse(["--unit", robot]).settings == {"gui": "false", "teleop": "false"}
+    quiet = {"gui": "false", "teleop": "false", "conversation": "false"}
+    assert up.parse(["--unit", robot]).settings == quiet
+    assert up.parse(["--unit", robot, "conversation:=true"]).settings == quiet | {"conversation": "true"}
     with pytest.raises(SystemExit):
         up.parse(["--unit", robot, "gui:=true"])
     assert "a unit has neither window nor terminal" in capsys.readouterr().err
