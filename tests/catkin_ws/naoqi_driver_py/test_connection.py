@@ -258,6 +258,21 @@ def test_the_robot_calls_our_service_over_our_connection_and_nothing_listens(nao
     )
 
 
+def test_what_is_registered_too_late_is_unregistered(naoqi, make_connection, wait_until):
+    come, gone = [], []
+    naoqi.session.serviceRegistered.connect(lambda number, name: come.append((number, name)))
+    naoqi.session.serviceUnregistered.connect(lambda number, name: gone.append((number, name)))
+    wire = make_connection(naoqi.port)
+    with Connection(Address.parse("127.0.0.1", wire.port)) as link:
+        assert link.wait_connected(10)
+        wire.freeze()
+        with pytest.raises(RobotUnreachable, match="registering PilotsEars"):
+            link.register_service("PilotsEars", Ears())
+        wire.thaw()
+        wait_until(lambda: "PilotsEars" in [name for _, name in come], "it is registered after all")
+        wait_until(lambda: gone == come, "and no more, because nobody knows its number")
+
+
 def test_callbacks_tell_of_gain_and_loss(naoqi, wait_until):
     told = []
     link = Connection(Address.parse("127.0.0.1", naoqi.port), lambda: told.append("up"), told.append)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import os
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -11,7 +14,7 @@ import numpy as np
 import pytest
 from naoqi_clients import DEFAULT, client_library
 from naoqi_driver.connection import Address, Connection
-from telepresence_1.microphone_stream import MicrophoneStream
+from telepresence_1.microphone_stream import FIRST_PAUSE, MicrophoneStream
 
 qi = client_library(DEFAULT)
 SAMPLES = 160
@@ -23,6 +26,8 @@ class AudioDevice:
 
     def __init__(self) -> None:
         self.subscribed: list[str] = []
+        self.asked: list[float] = []
+        """When it was asked to subscribe somebody [s, monotonic]."""
         self.next: dict[str, list[str]] = {"subscribe": [], "unsubscribe": []}
         self._promises: list[Any] = []
 
@@ -30,6 +35,7 @@ class AudioDevice:
         pass
 
     def subscribe(self, name: str) -> qi.Future:
+        self.asked.append(time.monotonic())
         return self._answer("subscribe", lambda: self.subscribed.append(name))
 
     def unsubscribe(self, name: str) -> qi.Future:
@@ -67,6 +73,11 @@ class Ear:
         self.blocks: list[int] = []
         self.stream = MicrophoneStream(connection, lambda block, *_: self.blocks.append(int(block[0, 0])), "front")
 
+    def registered(self) -> list[str]:
+        """Our services in the robot's directory."""
+        names = [info["name"] for info in self._naoqi.session.services()]
+        return [name for name in names if name.startswith("PilotsEars")]
+
     def send(self, name: str, value: int) -> None:
         """Be the robot that sends a block to a name; return when it has been taken or left out."""
         block = np.full(SAMPLES, value, "<i2").tobytes()
@@ -84,10 +95,8 @@ def ear(naoqi, device) -> Iterator[Ear]:
             """The robot's part: blocks for everybody who has subscribed."""
             while not stop.wait(0.1):
                 for name in list(device.subscribed):
-                    try:
+                    with contextlib.suppress(RuntimeError):  # its service has ended
                         ear.send(name, 1)
-                    except RuntimeError:
-                        return  # the test is over
 
         robot = threading.Thread(target=speak)
         robot.start()
@@ -133,3 +142,26 @@ def test_closing_leaves_no_subscription(device, ear, until_true) -> None:
     assert device.subscribed[0].startswith(f"PilotsEars{os.getpid()}_")
     ear.stream.close()
     until_true(lambda: not device.subscribed, "the robot streams no more")
+
+
+def test_nothing_stays_registered_that_is_not_subscribed(device, ear, until_true) -> None:
+    until_true(lambda: ear.blocks, "the robot is heard")
+    for _ in range(3):
+        ear.stream.wanted = False
+        until_true(lambda: not ear.registered(), "the robot is told that the service has ended")
+        ear.stream.wanted = True
+        until_true(lambda: ear.stream.problem is None, "the robot is heard again")
+    assert ear.registered() == device.subscribed
+
+
+def test_a_robot_that_refuses_is_asked_less_often_and_keeps_no_service(device, ear, until_true) -> None:
+    until_true(lambda: ear.blocks, "the robot is heard")
+    ear.stream.wanted = False
+    until_true(lambda: not device.subscribed, "nobody listens")
+    device.asked.clear()
+    device.next["subscribe"] = ["refused"] * 3
+    ear.stream.wanted = True
+    until_true(lambda: ear.stream.problem is None, "the robot is heard after three refusals")
+    pauses = [later - earlier for earlier, later in itertools.pairwise(device.asked)]
+    assert len(pauses) == 3 and pauses[0] >= FIRST_PAUSE and pauses[2] >= 4 * FIRST_PAUSE
+    assert ear.registered() == device.subscribed

@@ -203,9 +203,7 @@ class Connection:
         Raises:
             RobotUnreachable, CallRefused: As `call`, when the request cannot even be sent.
         """
-        session = self._session
-        if session is None:
-            raise RobotUnreachable(f"robot at {self.address} is not reachable: {self._problem}")
+        session = self._linked()
         name = f"{service}.{method}"
         try:
             future = self._service(session, service).call(method, *arguments, _async=True)
@@ -220,9 +218,7 @@ class Connection:
             RobotUnreachable: No link, or no answer in time.
             CallRefused: The robot knows no such service or signal.
         """
-        session = self._session
-        if session is None:
-            raise RobotUnreachable(f"robot at {self.address} is not reachable: {self._problem}")
+        session = self._linked()
         name = f"{service}.{signal}"
         try:
             future = getattr(self._service(session, service), signal).connect(callback, _async=True)
@@ -232,24 +228,33 @@ class Connection:
             raise self.translate(error, name, False, 0.0) from None
         PendingCall(self, future, name).result()
 
-    def register_service(self, name: str, service: object) -> None:
-        """Offer `service` to the robot under `name`, until the link is lost; `on_connected` is the place to call this.
+    def register_service(self, name: str, service: object) -> int:
+        """Offer `service` to the robot under `name` until `unregister_service` or the end of the link; return its id.
 
         The robot calls it over this connection. Where its service directory and the service that calls are programs of
         their own, without the gateway of NAOqi 2.5 between, it cannot.
 
         Raises:
-            RobotUnreachable: No link, or no answer in time.
+            RobotUnreachable: No link, or no answer in time; what is registered later nevertheless is unregistered.
             CallRefused: The name is taken.
         """
-        session = self._session
-        if session is None:
-            raise RobotUnreachable(f"robot at {self.address} is not reachable: {self._problem}")
+        session = self._linked()
+        future = session.registerService(name, service, _async=True)
         try:
-            future = session.registerService(name, service, _async=True)
-        except RuntimeError as error:
-            raise self.translate(error, name, False, 0.0) from None
-        PendingCall(self, future, f"registering {name}").result()
+            return int(PendingCall(self, future, f"registering {name}").result())
+        except RobotUnreachable:
+            future.andThen(lambda number: session.unregisterService(number, _async=True))
+            raise
+
+    def unregister_service(self, number: int) -> None:
+        """Withdraw what `register_service` has offered.
+
+        Raises:
+            RobotUnreachable: No link, or no answer in time.
+            CallRefused: There is no such service.
+        """
+        future = self._linked().unregisterService(number, _async=True)
+        PendingCall(self, future, f"unregistering service {number}").result()
 
     def translate(self, error: RuntimeError, name: str, unanswered: bool, timeout: float) -> RobotError:
         """What an error of the library means to the caller of `name`."""
@@ -264,6 +269,12 @@ class Connection:
             self._wake.set()
             return RobotUnreachable(f"{name}: the link to {self.address} broke: {cause}")
         return CallRefused(f"{name}: {cause}")
+
+    def _linked(self) -> naoqi.Session:
+        session = self._session
+        if session is None:
+            raise RobotUnreachable(f"robot at {self.address} is not reachable: {self._problem}")
+        return session
 
     def _service(self, session: naoqi.Session, name: str) -> Any:
         with self._lock:

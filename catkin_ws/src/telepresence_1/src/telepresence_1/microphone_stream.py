@@ -17,7 +17,7 @@ import threading
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from naoqi_driver.connection import CallRefused, Connection, RobotError
@@ -39,7 +39,17 @@ SILENT_AFTER = 3.0
 """Seconds without a block after which the subscription counts as dead."""
 UNSUBSCRIBE_PERIOD = 2.0
 """Seconds until a name that the robot has not confirmed to have unsubscribed is unsubscribed again."""
+FIRST_PAUSE, LONGEST_PAUSE = 1.0, 10.0
+"""Seconds until a robot that has refused to be listened to, or sends nothing, is asked again; doubled each time."""
 _DEVICE = "ALAudioDevice"
+
+
+class _Ear(NamedTuple):
+    """A service by which the robot is listened to, and the link on which the robot's directory has it as `number`."""
+
+    name: str
+    link: int
+    number: int
 
 
 class MicrophoneStream:
@@ -74,12 +84,11 @@ class MicrophoneStream:
         self._credit = BURST
         self._log = ChangeLog()
         self._told: str | None = None
-        self._name = ""  # under which the robot is listened to; empty while it is not
-        self._name_link = -1  # number of the link on which it was registered
-        self._left: dict[str, int] = {}
-        """Names to which the robot may still send -> their links."""
+        self._ear: _Ear | None = None  # by which the robot is listened to; None while it is not
+        self._left: list[_Ear] = []  # to which the robot may still send
         self._heard_left = 0.0  # when one of them was left, or a block of theirs came last [s, monotonic]
-        self._unsubscribe_at = 0.0
+        self._unsubscribe_at = self._ask_at = 0.0
+        self._pause = FIRST_PAUSE
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="microphone-stream", daemon=True)
 
@@ -99,7 +108,7 @@ class MicrophoneStream:
             except RobotError as error:
                 self._report(str(error))
                 self._link = -1
-                self._stop.wait(1.0)
+                self._put_off()
             except Exception:  # top of the thread: it goes on and tries again
                 log.exception("the robot's microphones cannot be kept")
                 self._stop.wait(1.0)
@@ -110,6 +119,7 @@ class MicrophoneStream:
         """Subscribe, or unsubscribe, as things stand."""
         if not self._connection.connected:
             self._link = -1
+            self._forget_refusals()
             self.problem = self._connection.problem
             return
         subscribed = self._link == self._connection.connections
@@ -119,24 +129,38 @@ class MicrophoneStream:
         if not self.wanted:
             if subscribed:
                 self._leave()
+            self._forget_refusals()
             self.problem = "nobody listens"
         elif not subscribed:
-            self._subscribe(now)
+            if now >= self._ask_at:
+                self._subscribe(now)
         elif now - max(self._last_block, self._asked) > SILENT_AFTER:
             self._report("the robot's microphones send nothing: this robot does not call back over our connection")
             self._leave()
+            if self._last_block < self._asked:  # else it has sent until now, and may at once again
+                self._put_off()
+
+    def _put_off(self) -> None:
+        """Ask the robot later, and each time later."""
+        self._ask_at = time.monotonic() + self._pause
+        self._pause = min(2.0 * self._pause, LONGEST_PAUSE)
+
+    def _forget_refusals(self) -> None:
+        """Things are not what they were when the robot refused: it may be asked at once."""
+        self._ask_at, self._pause = 0.0, FIRST_PAUSE
 
     def _subscribe(self, now: float) -> None:
         link = self._connection.connections
         call = self._connection.call
-        self._name = name = f"PilotsEars{os.getpid()}_{link}_{int(now * 1000) % 100000}"
-        self._name_link = link
+        name = f"PilotsEars{os.getpid()}_{link}_{int(now * 1000) % 100000}"
+        number = self._connection.register_service(name, _listener(partial(self._received, name)))
+        self._ear = ear = _Ear(name, link, number)
         try:
-            self._connection.register_service(name, _listener(partial(self._received, name)))
             call(_DEVICE, "setClientPreferences", name, *self._preferences)
             call(_DEVICE, "subscribe", name, timeout=3.0)
         except CallRefused:
-            self._name = ""
+            self._ear = None
+            self._unregister(ear)
             raise
         except RobotError:
             self._leave()  # without an answer it may have been done, or be done later
@@ -144,35 +168,43 @@ class MicrophoneStream:
         self._link, self._asked = link, time.monotonic()
 
     def _leave(self) -> None:
-        """Take no more blocks under the present name, and have the robot send none soon."""
-        if self._name:
-            self._left[self._name] = self._name_link
+        """Take no more blocks by the present service, and have the robot send none soon."""
+        if self._ear is not None:
+            self._left.append(self._ear)
             self._heard_left, self._unsubscribe_at = time.monotonic(), 0.0
-        self._name, self._link = "", -1
+        self._ear, self._link = None, -1
 
     def _unsubscribe(self) -> None:
-        """Ask the robot to send nothing more to the names that were left; what it does not confirm is asked again.
+        """Ask the robot to send nothing more to the services that were left; what it does not confirm is asked again.
 
-        Else it would stream on, 3 Mbit/s, and beside the next name all sound would come twice.
+        Else it would stream on, 3 Mbit/s, and beside the next service all sound would come twice.
         """
         if not self._connection.connected:
             return
-        for name, link in list(self._left.items()):
-            try:
-                if link == self._connection.connections:  # else its service, and what the robot has of it, have ended
-                    self._connection.call(_DEVICE, "unsubscribe", name)
-            except CallRefused as error:
-                log.debug("not unsubscribed: %s", error)
-                if time.monotonic() - self._heard_left < SILENT_AFTER:
-                    continue  # else it is not subscribed: an earlier request has been carried out late
-            except RobotError as error:
-                log.debug("not unsubscribed: %s", error)
-                break
-            del self._left[name]
+        for ear in list(self._left):
+            if ear.link == self._connection.connections:  # else the service, and what the robot has of it, have ended
+                try:
+                    self._connection.call(_DEVICE, "unsubscribe", ear.name)
+                except CallRefused as error:
+                    log.debug("not unsubscribed: %s", error)
+                    if time.monotonic() - self._heard_left < SILENT_AFTER:
+                        continue  # else it is not subscribed: an earlier request has been carried out late
+                except RobotError as error:
+                    log.debug("not unsubscribed: %s", error)
+                    break
+                self._unregister(ear)
+            self._left.remove(ear)
         self._unsubscribe_at = time.monotonic() + UNSUBSCRIBE_PERIOD
 
+    def _unregister(self, ear: _Ear) -> None:
+        """Take a service out of the robot's directory, which keeps it until the link ends, and takes only so many."""
+        try:
+            self._connection.unregister_service(ear.number)
+        except RobotError as error:
+            log.debug("'%s' stays in the robot's directory until the link ends: %s", ear.name, error)
+
     def _received(self, name: str, channels: int, count: int, buffer: Any) -> None:
-        if name != self._name:
+        if self._ear is None or name != self._ear.name:
             self._heard_left = time.monotonic()
             return
         size = len(buffer) if isinstance(buffer, bytes | bytearray) else -1
@@ -191,6 +223,7 @@ class MicrophoneStream:
         if block.shape[1] != self.channels:
             block = np.repeat(block[:, :1], self.channels, axis=1)
         self._last_block = now
+        self._pause = FIRST_PAUSE
         self.blocks += 1
         if self.problem is not None:
             self.problem = self._told = None
