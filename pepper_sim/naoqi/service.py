@@ -91,9 +91,10 @@ class Binding:
     """Type and name of each argument."""
     quick: Callable[..., Any] | None = None
     """Answers at once or raises `NotNow`; see `remote`."""
+    error_form: str = "{place}: {reason}"
 
     @classmethod
-    def make(cls, service: str, signature: str, function: _Remote) -> Binding:
+    def make(cls, service: str, signature: str, function: _Remote, error_form: str = error_form) -> Binding:
         """Bind the overload `signature`, such as "b(fff)", of a method marked with `remote`."""
         returns, parameters = split(signature)
         kinds = split(parameters[1:-1])
@@ -102,7 +103,10 @@ class Binding:
             raise TypeError(f"{service}.{function.__name__} takes fewer arguments than {signature}")
         arguments = tuple(zip(kinds, names[: len(kinds)], strict=True))
         description = inspect.getdoc(function) or ""
-        made = cls(service, function.remote_name, returns, parameters, function, description, arguments)
+        made = cls(
+            *(service, function.remote_name, returns, parameters, function, description, arguments),
+            error_form=error_form,
+        )
         if not function.remote_quick:
             return made
         quick = getattr(cast(Any, function).__self__, function.remote_quick)
@@ -131,10 +135,11 @@ class Binding:
 
     def explain(self, error: BaseException) -> ServiceError:
         """Return the error that the client reads; an unexpected one is logged with its traceback."""
+        place, reason = f"{self.service}::{self.name}", str(error)
         if not isinstance(error, ServiceError | ValueError):
-            log.error("%s::%s failed", self.service, self.name, exc_info=error)
-            return ServiceError(f"{self.service}::{self.name}: internal error ({type(error).__name__}: {error})")
-        return ServiceError(f"{self.service}::{self.name}: {error}")
+            log.error("%s failed", place, exc_info=error)
+            reason = f"internal error ({type(error).__name__}: {error})"
+        return ServiceError(self.error_form.format(place=place, reason=reason))
 
 
 class Service:
@@ -142,9 +147,11 @@ class Service:
 
     Attributes:
         name: What clients ask for.
+        error_form: How clients read an error.
     """
 
     name: ClassVar[str]
+    error_form: ClassVar[str] = Binding.error_form
 
     def parts(self) -> tuple[Any, ...]:
         """Return the objects that hold the remote methods and the signals."""
@@ -156,7 +163,7 @@ class Service:
             for attribute in dir(type(part)):
                 function = getattr(type(part), attribute)
                 for signature in getattr(function, "remote_signatures", ()):
-                    yield Binding.make(self.name, signature, getattr(part, attribute))
+                    yield Binding.make(self.name, signature, getattr(part, attribute), self.error_form)
 
     def signals(self) -> dict[str, Any]:
         """Return signals and properties by name: all public attributes that are one."""
@@ -173,6 +180,8 @@ class Service:
 
 class Module(Service):
     """A service of the older kind, with the methods every ALModule inherits (NAOqi documentation 2.8, ALModule)."""
+
+    error_form = "\t{place}\n\t{reason}"  # as ALError writes it: ros-naoqi/naoqi_driver, issue 107
 
     @remote("b(i)")
     def isRunning(self, identity: int) -> bool:

@@ -9,6 +9,7 @@ and src/type/binarycodec.cpp.
 """
 
 import numbers
+import re
 import struct
 
 MYPY = False
@@ -25,11 +26,25 @@ _CACHED = 200
 _NUMBERS = dict((code, struct.Struct("<" + kind)) for code, kind in zip("bcCwWiIlLfd", "?bBhHiIqQfd"))  # noqa: B905
 _LENGTH = struct.Struct("<I")
 _CLOSING = {"[": "]", "(": ")", "{": "}"}
+_PLACE = re.compile(r"\w+::~?\w+:?$")
 _parsed = {}  # type: Dict[str, Kind]
 
 
 class NaoqiError(RuntimeError):
     """NAOqi refuses, is gone, does not answer in time, or sends what makes no sense; the text is for people."""
+
+
+def error_text(error, longest=120):
+    # type: (BaseException, int) -> str
+    """What an error says, as one line of at most so many characters; its type if it says nothing.
+
+    A module of NAOqi says where it arose in a line of its own, and why in the next: "\\tALProxy::ALProxy\\n\\tCan't
+    find service: X" (ros-naoqi/naoqi_driver, issue 107). Others say it in the first line, and the rest is of no use.
+    """
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    if len(lines) > 1 and _PLACE.match(lines[0]):
+        lines[0] = "%s: %s" % (lines[0].rstrip(":"), lines[1])
+    return (lines or [type(error).__name__])[0][:longest]
 
 
 def parse(signature):

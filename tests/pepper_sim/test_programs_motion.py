@@ -77,8 +77,8 @@ def test_an_exported_timeline(naoqi, run_against_robot):
 
 
 def test_breathing_keeps_the_balance(naoqi, run_against_robot):
-    stable, moved, refusal = run_against_robot("motion_balance", "--seconds", 2.0).splitlines()
+    stable, moved, place, reason = run_against_robot("motion_balance", "--seconds", 2.0).splitlines()
     assert stable == "stable: True of 28.7 kg"
     assert 0.005 < float(moved.split()[2]) < 0.1
-    assert "ALMotion::setPositions" in refusal and "not available on this robot" in refusal
+    assert "ALMotion::setPositions" in place and "not available on this robot" in reason
     assert not naoqi.ALMotion.getBreathEnabled("Body")

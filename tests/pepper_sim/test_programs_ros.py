@@ -22,7 +22,7 @@ def test_a_logger_of_joints_reads_what_they_do(naoqi, run_against_robot):
 def test_only_the_owners_consent_lets_a_program_drive_up_to_an_edge(naoqi, run_against_robot):
     naoqi.robot.security.update("edge", np.array([[SHELF, y] for y in (-0.1, 0.0, 0.1)]), (0.0, 0.0, 0.0))
     printed = run_against_robot("ros_close_to_shelf")
-    assert "protected: ALMotion::setExternalCollisionProtectionEnabled" in printed and "protection: True" in printed
+    assert "protected: \tALMotion::setExternalCollisionProtectionEnabled" in printed and "protection: True" in printed
     assert "arrived: True" not in printed
     stopped = naoqi.robot.truth()[0]
     assert stopped < 0.2, "it kept its distance"

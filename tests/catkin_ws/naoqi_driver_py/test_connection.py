@@ -32,6 +32,11 @@ class Motion:
     def refuse(self) -> None:
         raise ValueError("legs are folded")
 
+    def refuse_as_modules_do(self) -> qi.Future:
+        refusal = qi.Promise()
+        refusal.setError("\tALProxy::ALProxy\n\tCan't find service: PilotsEars")
+        return refusal.future()
+
     def stopMove(self) -> qi.Future:
         """Never finishes."""
         self.promise = qi.Promise()
@@ -77,6 +82,8 @@ def test_refusal_carries_the_robots_reason(naoqi, motion):
         assert link.wait_connected(10)
         with pytest.raises(CallRefused, match=r"ALMotion\.refuse: .*legs are folded"):
             link.call("ALMotion", "refuse")
+        with pytest.raises(CallRefused, match=r"modules_do: ALProxy::ALProxy: Can't find service: PilotsEars$"):
+            link.call("ALMotion", "refuse_as_modules_do")
         with pytest.raises(CallRefused, match="ALSonar"):
             link.call("ALSonar", "subscribe", "test")
         assert link.connected, "a refusal is no reason to give up the link"

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import runpy
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from python2_syntax import assert_python_2
 
 from pepper_sim.simulation import Simulation
+from telepresence.robot_side.naoqi_values import NaoqiError
 
 import qi  # isort: skip  -- after pepper_sim, which sets libqi's log level
 
@@ -61,6 +64,16 @@ def test_the_service_keeps_to_python_2(tmp_path: Path) -> None:
     assert tmp_path / "scripts" / "robotvideo.py" in programs
     for program in programs:
         assert_python_2(program)
+
+
+def test_what_naoqi_refuses_is_printed_with_its_reason(capsys: pytest.CaptureFixture) -> None:
+    def refuse() -> None:
+        raise NaoqiError("\tALAutonomousLife::switchFocus\n\tActivity robotvideo/behaviour not found")
+
+    module = runpy.run_path(str(ROBOT / "robotvideo" / "scripts" / "robotvideo.py"))
+    module["RobotVideo"](SimpleNamespace(service=lambda _: None), "")._attempt("focus", refuse)
+    said = "focus: ALAutonomousLife::switchFocus: Activity robotvideo/behaviour not found; trying again\n"
+    assert capsys.readouterr().out == said
 
 
 @pytest.fixture

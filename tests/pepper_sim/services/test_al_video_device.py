@@ -104,7 +104,7 @@ def test_a_client_that_asks_for_hundreds_of_pictures_at_once_holds_up_itself(vid
     assert greedy.unsubscribe(handle) is True, "which ends what waits"
     errors = [call.error(30_000) for call in calls if call.hasError(30_000)]
     assert len(errors) > 100 and set(errors) == {
-        "ALVideoDevice::getImageRemote: 64 calls wait for pictures of this subscription already"
+        "\tALVideoDevice::getImageRemote\n\t64 calls wait for pictures of this subscription already"
     }
 
 

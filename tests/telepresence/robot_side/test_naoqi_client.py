@@ -18,7 +18,7 @@ from python2_syntax import assert_python_2
 
 from telepresence.robot_side import naoqi_connection
 from telepresence.robot_side.naoqi_client import Client, NaoqiError, place_of
-from telepresence.robot_side.naoqi_values import decode, encode, parse
+from telepresence.robot_side.naoqi_values import decode, encode, error_text, parse
 
 HEADER = struct.Struct("<IIIHBBIII")
 MAGIC, CALL, REPLY, ERROR, POST, CAPABILITY = 0x42ADDE42, 1, 2, 3, 4, 6
@@ -105,6 +105,22 @@ def test_refusals_say_why(client) -> None:
         with pytest.raises(NaoqiError, match=said):
             wrong()
     assert client.connected()
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("\tALProxy::ALProxy\n\tCan't find service: Ears", "ALProxy::ALProxy: Can't find service: Ears"),
+        ("ALMotion::setAngles:\n\n  Unknown joint\n  Body.cpp, 12", "ALMotion::setAngles: Unknown joint"),
+        ("ALMotion::setAngles", "ALMotion::setAngles"),
+        ("ValueError: legs are folded\n\nAt:\n  body.py(3)", "ValueError: legs are folded"),
+        ("Cannot find service 'ALLegs' in index", "Cannot find service 'ALLegs' in index"),
+        ("  \n ", "NaoqiError"),
+        ("x" * 500, "x" * 120),
+    ],
+)
+def test_an_error_of_a_module_of_naoqi_is_told_with_its_reason(text, line) -> None:
+    assert error_text(NaoqiError(text)) == line
 
 
 def test_waiting_for_an_answer_ends(client) -> None:

@@ -20,6 +20,7 @@ from naoqi_driver.connection import RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
 from naoqi_driver.replies import UnexpectedReply, number, text
 
+from telepresence.robot_side.naoqi_values import error_text
 from telepresence.security.outside_text import clean
 
 LEVELS = {"fatal": 1, "error": 2, "warning": 3, "info": 4, "verbose": 5, "debug": 6}
@@ -60,8 +61,7 @@ class Logger:
             listener.onLogMessage.connect(self._on_message)
             self._listener = listener
         except (RobotError, RuntimeError, AttributeError) as error:
-            cause = str(error).splitlines() or [type(error).__name__]
-            rospy.logwarn("this robot does not share its log: %s", clean(cause[0], LONGEST_LINE))
+            rospy.logwarn("this robot does not share its log: %s", clean(error_text(error, LONGEST_LINE), LONGEST_LINE))
 
     def _on_message(self, message: Any) -> None:
         """Called on any thread, as often as the robot likes."""

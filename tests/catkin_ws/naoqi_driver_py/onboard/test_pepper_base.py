@@ -8,6 +8,8 @@ import pytest
 from naoqi_driver.onboard.pepper_base import BRAKING_TIME, LOST_TIME, RELEASE_TIME, PepperBase
 
 from telepresence.drive.pilots import PilotVelocity
+from telepresence.drive.server import Outcome
+from telepresence.robot_side.naoqi_values import NaoqiError
 
 PERIOD = 0.05
 
@@ -16,12 +18,14 @@ class Answer:
     """As of `telepresence.robot_side.naoqi_connection`."""
 
     def __init__(self, name: str) -> None:
-        self.name, self.come = name, False
+        self.name, self.come, self.error = name, False, ""
 
     def running(self) -> bool:
         return not self.come
 
     def value(self) -> bool:
+        if self.error:
+            raise NaoqiError(self.error)
         return True
 
 
@@ -52,11 +56,11 @@ class Bench:
         goal: tuple[float, float, float] | None = None,
         *,
         cut: bool = False,
-    ) -> None:
+    ) -> Outcome:
         self.now += PERIOD
         command = None if velocity is None else PilotVelocity(*velocity, self.now)
         driven_to = None if goal is None else SimpleNamespace(pose=goal)
-        self.base.step(self.now, command, driven_to, SimpleNamespace(cut=cut, end_goal=lambda *_: None))
+        return self.base.step(self.now, command, driven_to, SimpleNamespace(cut=cut, end_goal=lambda *_: None))
 
     def answer(self, *names: str) -> None:
         for call in self.sent:
@@ -150,3 +154,11 @@ def test_who_presses_stop_stops_also_a_robot_that_is_believed_to_rest():
     bench.base.do("stop", "anna")
     bench.step()
     assert bench.names() == ["stopMove"]
+
+
+def test_a_refusal_is_reported_with_its_reason():
+    bench = Bench()
+    bench.step((0.2, 0.0, 0.0))
+    move = next(call for call in bench.sent if call.name == "move")
+    move.error, move.come = "\tALMotion::move\n\tThe power hatch is open", True
+    assert "ALMotion::move: The power hatch is open" in bench.step((0.2, 0.0, 0.0)).reason

@@ -25,6 +25,7 @@ from typing import Any
 from naoqi_driver.certificate_pin import CertificatePin, tls_context
 from naoqi_driver.replies import CallRefused, RobotError, UnexpectedReply, bounded
 from telepresence import naoqi, ports, start_patience
+from telepresence.robot_side.naoqi_values import error_text
 from telepresence.security.outside_text import LONGEST, clean
 
 log = logging.getLogger(__name__)
@@ -107,7 +108,7 @@ class PendingCall:
         try:
             value = self._future.value(round(timeout * 1000))
         except naoqi.WireError as error:
-            raise UnexpectedReply(f"{self._name}: {_first_line(error)}") from None
+            raise UnexpectedReply(f"{self._name}: {_reason(error)}") from None
         except RuntimeError as error:
             raise self._connection.translate(error, self._name, self._future.isRunning(), timeout) from None
         return bounded(value, self._name)
@@ -261,7 +262,7 @@ class Connection:
         if unanswered:
             self._wake.set()
             return RobotUnreachable(f"{name}: no reply from {self.address} within {timeout:g} s")
-        cause = _first_line(error)
+        cause = _reason(error)
         session = self._session
         if session is None or not session.isConnected() or cause in _BROKEN_LINK:
             with self._lock:
@@ -297,7 +298,7 @@ class Connection:
             try:
                 session = self._connect()
             except (RuntimeError, OSError) as error:
-                cause = _first_line(error)
+                cause = _reason(error)
                 self._problem = cause
                 if cause != reported and time.monotonic() - failing_since >= patience:
                     hint = _hint(self.address, cause)
@@ -403,9 +404,8 @@ def _hint(address: Address, cause: str) -> str:
     return f". Is it on, in this network, and is nao_ip:= its address?  ./stack doctor {place}"
 
 
-def _first_line(error: Exception) -> str:
-    lines = str(error).strip().splitlines()
-    return clean(lines[0], LONGEST) if lines else type(error).__name__
+def _reason(error: Exception) -> str:
+    return clean(error_text(error, LONGEST + 1), LONGEST)  # which marks that something is left out
 
 
 class Login:

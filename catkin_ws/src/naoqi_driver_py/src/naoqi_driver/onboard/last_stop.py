@@ -16,9 +16,10 @@ import socket
 import subprocess
 import sys
 
-from naoqi_driver.onboard.naoqi_link import NaoqiLink, first_line
+from naoqi_driver.onboard.naoqi_link import NaoqiLink
 from telepresence.drive.clock import monotonic
 from telepresence.drive.datagram import INFINITY
+from telepresence.robot_side.naoqi_values import error_text
 
 MYPY = False
 if MYPY:
@@ -207,7 +208,7 @@ class Stopping(object):
         try:
             self._call(self._owed[0])
         except RuntimeError as error:
-            problem = "%s: %s; trying again" % (self._owed[0], first_line(error))
+            problem = "%s: %s; trying again" % (self._owed[0], error_text(error))
             if problem != self._said:
                 self._said = problem
                 self._log(problem)

@@ -13,6 +13,7 @@ import threading
 from telepresence.drive.clock import monotonic
 from telepresence.drive.datagram import INFINITY
 from telepresence.robot_side.naoqi_client import Client, place_of
+from telepresence.robot_side.naoqi_values import error_text
 from telepresence.security.shared_key import is_loopback
 
 MYPY = False
@@ -102,7 +103,7 @@ class NaoqiLink(object):
                 said, failing_since, patience = "", INFINITY, LOSS_SAID_AFTER
                 self._watch()
             except (RuntimeError, EnvironmentError) as error:
-                self.problem = first_line(error)
+                self.problem = error_text(error)
             self._close()
             failing_since = min(failing_since, monotonic())
             if self.problem != said and monotonic() - failing_since >= patience and not self._stop.is_set():
@@ -178,9 +179,3 @@ def is_own(host):
         finally:
             probe.close()
     return True
-
-
-def first_line(error):
-    # type: (BaseException) -> str
-    """What an error says, in at most 120 characters."""
-    return (str(error).strip().splitlines() or [type(error).__name__])[0][:120]

@@ -13,11 +13,11 @@ take at that speed, again and again: whatever happens to the network, the robot 
 
 import math
 
-from naoqi_driver.onboard.naoqi_link import STALL, first_line
+from naoqi_driver.onboard.naoqi_link import STALL
 from telepresence.drive.clock import monotonic
 from telepresence.drive.datagram import ENDED, INFINITY, REACHED
 from telepresence.drive.server import AT_REST, CLEAR, FAULT, NO_COMMAND, STOPPED, DrivenBase, Outcome
-from telepresence.robot_side.naoqi_values import NaoqiError
+from telepresence.robot_side.naoqi_values import NaoqiError, error_text
 
 MYPY = False
 if MYPY:
@@ -139,7 +139,7 @@ class PepperBase(DrivenBase):
                 self._rest(motion, now, BRAKING_TIME if pilots.cut else RELEASE_TIME)
             self._probe(motion, now)
         except NaoqiError as error:  # the link is just breaking; there is no such method
-            self._refuse(first_line(error), now)
+            self._refuse(error_text(error), now)
         if self._last_stop is not None:
             befallen = self._last_stop.note(self._moving, now)
             if befallen:
@@ -213,7 +213,7 @@ class PepperBase(DrivenBase):
             reached = answer.value() is not False
         except NaoqiError as error:
             reached = False
-            self._refuse("moveTo: " + first_line(error), now)
+            self._refuse("moveTo: " + error_text(error), now)
         pilots.end_goal(REACHED if reached else ENDED)
 
     def _rest(self, motion, now, patience):
@@ -256,7 +256,7 @@ class PepperBase(DrivenBase):
             try:
                 call.answer.value()
             except NaoqiError as error:
-                refused = "%s: %s" % (call.name, first_line(error))
+                refused = "%s: %s" % (call.name, error_text(error))
                 self._refuse(refused, now)
             if call is self._stop:
                 self._stop, self._moving = None, bool(refused) or call.overtakes

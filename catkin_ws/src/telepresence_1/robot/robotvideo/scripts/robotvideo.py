@@ -20,6 +20,7 @@ import sys
 import time
 
 from telepresence.robot_side.naoqi_client import Client, NaoqiError  # scripts/telepresence in the package
+from telepresence.robot_side.naoqi_values import error_text
 
 ACTIVITY = "robotvideo/behaviour"
 PAGE_FILE = os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "page_url")
@@ -87,7 +88,7 @@ class RobotVideo(object):
             action()
             problem = ""
         except (NaoqiError, EnvironmentError) as error:
-            problem = str(error).strip().split("\n")[0]
+            problem = error_text(error)
         if problem and problem != self._problems.get(what):
             print("%s: %s; trying again" % (what, problem))
             sys.stdout.flush()
