@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import pytest
+from actionlib_msgs.msg import GoalStatus
+
+from telepresence import naoqi
 
 pytestmark = pytest.mark.ros
+PROGRAMS = Path(__file__).parent / "programs"
 
 
 @pytest.fixture(scope="module")
 def probe(graph):
-    graph.start_robot()
+    robot = graph.run(sys.executable, str(PROGRAMS / "stubborn_pepper.py"), "--port", str(graph.robot_port))
+    robot.wait_for("listening on")
     graph.run_node("naoqi_driver_py", "naoqi_joint_states.py")
     graph.run_node("naoqi_pose", "pose_controller.py")
     poses = graph.workspace.parent / "src" / "naoqi_pose" / "config" / "pepper_poses.yaml"
@@ -67,3 +75,25 @@ def test_life_can_be_switched_off(probe, until_true):
     assert probe.call("/life/disable", "std_srvs/Empty", {})[0]
     assert probe.call("/life/get_state", "std_srvs/Trigger", {}) == [True, {"success": True, "message": "disabled"}]
     until_true(lambda: probe.latest("/get_life_state") == ["disabled"], "the state is told")
+
+
+@pytest.mark.parametrize(
+    "goal",
+    [
+        "joint_trajectory",
+        "joint_trajectory of a chain",
+        "joint_stiffness_trajectory",
+        "joint_angles_action",
+        "body_pose_naoqi",
+    ],
+)
+def test_what_is_withdrawn_ends_on_a_robot_that_cannot_cancel_calls(graph, probe, goal):
+    url = f"tcp://127.0.0.1:{graph.robot_port}"
+    pilot = graph.run(sys.executable, str(PROGRAMS / "withdrawn_goal.py"), url, goal)
+    assert pilot.process.wait(60) == 0, pilot.output
+    robot = naoqi.Session()
+    robot.connect(url)
+    left = robot.service("ALMotion").getTaskList()
+    robot.close()
+    assert f"state: {GoalStatus.PREEMPTED} withdrawn" in pilot.output
+    assert left == [], "it goes on"

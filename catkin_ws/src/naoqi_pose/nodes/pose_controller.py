@@ -141,35 +141,36 @@ class PoseController:
         server, link = self._servers[name], self._node.connection
         try:
             interpolation = self._interpolation(goal.trajectory)
+            joints = self._joints(interpolation.names)
             motion = link.call_async("ALMotion", method, *interpolation, *more)
-            done = self._wait(server, motion)
-            joints = interpolation.names
+            done = self._wait(server, motion, "ALMotion", "killTasksUsingResources", joints)
             positions = numbers(link.call("ALMotion", read_method, joints, *read_more), len(joints), read_method)
         except (RobotError, UnusableTrajectory) as error:
             server.set_aborted(JointTrajectoryResult(), str(error))
             return
-        self._finish(server, done, JointTrajectoryResult(joint_state(interpolation.names, positions)))
+        self._finish(server, done, JointTrajectoryResult(joint_state(joints, positions)))
 
     def _on_angles_action(self, goal) -> None:
         server, link = self._servers["joint_angles_action"], self._node.connection
         names, angles = list(goal.joint_angles.joint_names), list(goal.joint_angles.joint_angles)
         try:
+            joints = self._joints(names)
             if goal.joint_angles.relative:
-                present = numbers(link.call("ALMotion", "getAngles", names, True), len(names), "getAngles")
+                present = numbers(link.call("ALMotion", "getAngles", joints, True), len(joints), "getAngles")
                 angles = [angle + change for angle, change in zip(present, angles, strict=True)]
             motion = link.call_async("ALMotion", "angleInterpolationWithSpeed", names, angles, goal.joint_angles.speed)
-            done = self._wait(server, motion)
-            positions = numbers(link.call("ALMotion", "getAngles", names, True), len(names), "getAngles")
+            done = self._wait(server, motion, "ALMotion", "killTasksUsingResources", joints)
+            positions = numbers(link.call("ALMotion", "getAngles", joints, True), len(joints), "getAngles")
         except (RobotError, ValueError) as error:
             server.set_aborted(JointAnglesWithSpeedResult(), str(error))
             return
-        self._finish(server, done, JointAnglesWithSpeedResult(joint_state(names, positions)))
+        self._finish(server, done, JointAnglesWithSpeedResult(joint_state(joints, positions)))
 
     def _on_body_pose(self, goal) -> None:
         server = self._servers["body_pose_naoqi"]
         try:
             motion = self._node.connection.call_async("ALRobotPosture", "goToPosture", goal.posture_name, goal.speed)
-            done = self._wait(server, motion)
+            done = self._wait(server, motion, "ALRobotPosture", "stopMove")
             reached = done and bool(motion.result(RESULT_TIMEOUT))
         except RobotError as error:
             server.set_aborted(BodyPoseWithSpeedResult(), str(error))
@@ -186,11 +187,24 @@ class PoseController:
     def _joints_of(self, group: str) -> list[str]:
         return names_of(self._node.connection.call("ALMotion", "getBodyNames", group), MOST_JOINTS, "getBodyNames")
 
-    def _wait(self, server, motion: PendingCall) -> bool:
-        """Wait for the motion; False when the goal was withdrawn before."""
+    def _joints(self, names: list[str]) -> list[str]:
+        """The joints that names of joints and groups stand for: what a motion takes is listed by joint."""
+        body = self._joints_of("Body")
+        return [joint for name in names for joint in ([name] if name in body else self._joints_of(name))]
+
+    def _wait(self, server, motion: PendingCall, *end) -> bool:
+        """Wait for the motion; False when the goal was withdrawn before, and the motion ended.
+
+        Args:
+            end: Service, method and arguments that end the motion. A robot whose methods know nothing of being
+                cancelled goes on when only the call is given up.
+        Raises:
+            RobotError: It was refused or is lost, or the robot does not say that it has ended it.
+        """
         while not motion.done:
             if server.is_preempt_requested() or self._node.stop.is_set():
                 motion.cancel()
+                self._node.connection.call(*end)
                 return False
             self._node.stop.wait(self._poll)
         motion.result(RESULT_TIMEOUT)
