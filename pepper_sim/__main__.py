@@ -33,6 +33,7 @@ def _open(options: argparse.Namespace) -> Simulation:
         posters=options.posters,
         people=options.people,
         station=options.station,
+        dials=options.dials,
         owner_consents=options.owner_consents,
         page_port=options.page_port,
         page_address=options.page_address,
@@ -71,6 +72,12 @@ def _add_robot(group: argparse._ArgumentGroup) -> None:
         choices=("built-in", "chromium"),
         default="built-in",
         help="what shows the tablet's pages; chromium runs their scripts and needs 500 MB (default: %(default)s)",
+    )
+    group.add_argument(
+        "--dials",
+        action="store_true",
+        help="connect to clients whose services it calls, which must listen for it, as an ordinary Pepper does "
+        "(default: call them over the connections that they opened)",
     )
 
 

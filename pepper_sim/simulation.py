@@ -42,6 +42,8 @@ class SimulatedPepper(SimulatedRobot):
         record_speaker: A WAV file that records what the loudspeaker plays; "" for none.
         room_sound: A sound in the room that the microphones pick up; see `RoomSounds`.
         head: Version of the head: "1.8" has a stereo camera, "1.8a" and the older ones a depth camera.
+        dials: It connects to clients whose services it calls, as an ordinary Pepper, instead of calling over the
+            connections that they opened.
         owner_consents: Programs may switch safety reflexes off from the start.
         page_port: Of the owner's page, see `pepper_sim.owner_page`; 0 takes a free one, None leaves it out.
         page_address: On which the page listens.
@@ -71,6 +73,7 @@ class SimulatedPepper(SimulatedRobot):
         posters: Sequence[str] = (),
         disk: str = "",
         tablet_browser: str = "built-in",
+        dials: bool = False,
         owner_consents: bool = False,
         page_port: int | None = None,
         page_address: str = "127.0.0.1",
@@ -87,6 +90,7 @@ class SimulatedPepper(SimulatedRobot):
         self._tablet_browser = tablet_browser
         self._disk = Path(disk) if disk else None
         self._packages = [Path(package) for package in packages]
+        self._dials = dials
         self._owner_consents = owner_consents
         self._page = (page_address, page_port)
         self._page_key = page_key(owner_page.KEY_VARIABLE)
@@ -123,6 +127,7 @@ class SimulatedPepper(SimulatedRobot):
             raise RuntimeError("the robot must enter a world before it can serve")
         disk = RobotDisk(self._disk) if self._disk is not None else None
         self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed, disk)
+        self.server.catalogue.clients.dials = self._dials
         for package in self._packages:
             self.server.catalogue.packages.install(package)
         page_address, page_port = self._page

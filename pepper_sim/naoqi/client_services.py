@@ -1,21 +1,28 @@
 """Calls from the robot to services that clients registered: event callbacks, microphone buffers.
 
-They go over the connection that the client opened, so no client needs an address that the robot can reach. The first
-call to a service asks the client what the service looks like and may take long when the client hangs, so it waits on a
-thread of this module. Later ones wait on no thread at all, and arrive in their order.
+They go over the connection that the client opened, so no client needs an address that the robot can reach. A robot that
+`dials` makes them as its programs beside the service directory do: it connects to an address that the client announces,
+and finds no service that announces none; so does an ordinary Pepper (ros-naoqi/naoqi_driver, issues 96, 107, 158).
+
+The first call to a service asks the client what the service looks like and may take long when the client hangs, so it
+waits on a thread of this module. Later ones wait on no thread at all, and arrive in their order.
 """
 
 from __future__ import annotations
 
 import concurrent.futures
+import logging
 import threading
 from collections.abc import Iterable
 from typing import Any
 
-from pepper_sim.naoqi.service import Service
+from pepper_sim.naoqi.service import Service, ServiceError
 from pepper_sim.naoqi.tasks import Alarm
 from telepresence.naoqi.future import Future
 from telepresence.naoqi.server import Server
+from telepresence.naoqi.session import Session
+
+log = logging.getLogger(__name__)
 
 MAX_FAILURES = 3
 """A subscriber whose calls fail this many times in a row is dropped."""
@@ -25,7 +32,13 @@ CALL_TIMEOUT = 5.0
 
 
 class ClientServices:
-    """Services of clients, by name."""
+    """Services of clients, by name.
+
+    Attributes:
+        dials: They are called where they listen, and nowhere else; to be set before a client comes.
+    """
+
+    dials = False
 
     def __init__(self, server: Server, alarm: Alarm) -> None:
         self._server = server
@@ -33,6 +46,7 @@ class ClientServices:
         self._own: frozenset[str] = frozenset()
         self._offered: dict[str, Service] = {}
         self._proxies: dict[str, Any] = {}
+        self._beside: Session | None = None
         self._lock = threading.Lock()
         self._pool = concurrent.futures.ThreadPoolExecutor(LOOKUP_WORKERS, thread_name_prefix="client-lookup")
         server.serviceUnregistered.connect(lambda _identity, name: self._forget(name))
@@ -123,7 +137,13 @@ class ClientServices:
             self._forget(name)
             raise
 
+    def reach(self, name: str) -> concurrent.futures.Future:
+        """Find a client's service; the future's ServiceError says that there is none, or no way to it."""
+        return self._pool.submit(self._proxy, name)
+
     def close(self) -> None:
+        if self._beside is not None:
+            self._beside.close()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def _start(self, done: concurrent.futures.Future, name: str, method: str, arguments: tuple) -> None:
@@ -159,10 +179,26 @@ class ClientServices:
         with self._lock:
             proxy = self._proxies.get(name)
         if proxy is None:
-            proxy = self._server.remote(name)
+            proxy = self._dialled(name) if self.dials else self._server.remote(name)
             with self._lock:
                 self._proxies[name] = proxy
         return proxy
+
+    def _dialled(self, name: str) -> Any:
+        """Return a proxy of a client's service over a connection to an address that its record names."""
+        own = set(self._server.endpoints)
+        records = [info["endpoints"] for info in self._server.services() if info["name"] == name]
+        if not records or set(records[0]) <= own:  # the directory names itself for a client that does not listen
+            raise ServiceError(f"Can't find service: {name}")
+        try:
+            with self._lock:
+                if self._beside is None or not self._beside.isConnected():
+                    self._beside = Session()
+                    self._beside.connect(self.url)
+            return self._beside.service(name)
+        except RuntimeError as error:
+            log.info("'%s' cannot be reached at %s: %s", name, ", ".join(records[0]), error)
+            raise ServiceError(f"Can't find service: {name}") from None
 
     def _forget(self, name: str) -> None:
         with self._lock:

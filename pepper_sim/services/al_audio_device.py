@@ -222,10 +222,16 @@ class ALAudioDevice(Module):
         self._room.replace_microphones(samples, rate)
 
     @remote("v(s)")
-    def subscribe(self, module: str) -> None:
+    def subscribe(self, module: str) -> concurrent.futures.Future | None:
         """Starts calling processRemote of the service `module` with every block."""
         if not self._clients.exists(module):
             raise ServiceError(f"can't find service '{shown(module)[1:-1]}'; register it before subscribing")
+        if self._clients.dials:
+            return chained(self._clients.reach(module), lambda _: self._send_to(module))
+        self._send_to(module)
+        return None
+
+    def _send_to(self, module: str) -> None:
         with self._lock:
             self._streams = {name: stream for name, stream in self._streams.items() if stream.alive}
             if len(self._streams) >= MAX_STREAMS and module not in self._streams:

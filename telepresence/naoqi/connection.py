@@ -56,7 +56,7 @@ class Connection:
     Attributes:
         peer: Address of the other end, for people.
         url: What was dialled, "" if the other end did.
-        here: Address of this end.
+        here, there: Address of this end, and of the other one if it was dialled.
         local, remote: Capabilities announced by either end.
         lookup: Set by the owner: (service, object) -> the object served there, or None.
         before_login: Set until the login is over: gets every message that is not a reply.
@@ -78,6 +78,7 @@ class Connection:
         self.peer = peer
         self.url = ""
         self.here = _local_host(stream)
+        self.there = ""
         self.dialled = dialled
         self.local = dict(capabilities)
         self.remote: dict[str, Any] = {}

@@ -45,13 +45,14 @@ def connect(
             stream.settimeout(max(0.001, deadline - time.monotonic()))
             stream = (tls or client_tls()).wrap_socket(stream, server_hostname=host)
         prepare(stream)
+        there = str(stream.getpeername()[0])
     except (OSError, ValueError) as error:
         stream.close()
         raise RuntimeError(f"Connect error: {error} ({url})") from None
     connection = Connection(
         stream, capabilities=capabilities, limits=limits, dialect=dialect, dialled=True, peer=f"{host}:{port}"
     )
-    connection.url = url
+    connection.url, connection.there = url, there
     return connection
 
 

@@ -5,6 +5,7 @@ Every answer of the directory has a time limit (`ANSWER_S`), and its records are
 
 from __future__ import annotations
 
+import socket
 import threading
 import uuid
 from collections.abc import Callable, Sequence
@@ -16,6 +17,7 @@ from .dynamics import Record
 from .future import Future
 from .metaobject import METAOBJECT, MetaObject, choose_overload
 from .proxy import Proxy
+from .releases import CLIENT_CAPABILITIES
 from .remote_object import DISCONNECTED, RemoteObject
 from .routing import candidates, dialable, is_loopback, normal, stays
 from .served_object import ServedObject
@@ -117,6 +119,22 @@ class DirectoryLink:
             self.remotes.pop(name, None)
             for connection in self.connections():
                 connection.references.drop_service(number)
+
+    def to_own(self, lookup: Callable[[int, int], ServedObject | None]) -> Connection:
+        """Return the connection of this session to its own services, which `lookup` knows."""
+        with self._lock:
+            if self.local is None or self.local[0].closed:
+                ends = []
+                for dialled, stream in zip((True, False), socket.socketpair()):
+                    stream.setblocking(False)
+                    end = Connection(stream, capabilities=CLIENT_CAPABILITIES, dialled=dialled, peer="this session")
+                    end.learn(dict(CLIENT_CAPABILITIES))
+                    end.lookup = lookup
+                    end.trust()
+                    end.start()
+                    ends.append(end)
+                self.local = (ends[0], ends[1])
+            return self.local[0]
 
     def find(self, name: str) -> Proxy:
         """Return a proxy of a service, after connecting to where it is."""

@@ -9,7 +9,7 @@ import ssl
 import struct
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from .codec import decode, encode
@@ -57,6 +57,8 @@ class Server:
         machine_id: What machineId() answers; clients on the same machine compare it.
         lookup: (service, object) -> object or None, asked before the directory: what a session offers under numbers
             that another directory has given.
+        only_from: Addresses whose connections are taken, and which reach nothing but what `lookup` returns, not even
+            the directory; the others are refused. None: everybody reaches everything.
     """
 
     def __init__(
@@ -70,10 +72,12 @@ class Server:
         dialect: Dialect = ROBOT,
         machine_id: str = "",
         lookup: Callable[[int, int], ServedObject | None] | None = None,
+        only_from: Collection[str] | None = None,
     ) -> None:
         self._url, self._release, self._login, self._tls = url, release, login, tls
         self._limits, self._dialect = limits, dialect
         self._other_objects = lookup
+        self._only_from = None if only_from is None else frozenset(only_from)
         self._reactor = reactor()
         self._listener: socket.socket | None = None
         self._connections: set[Connection] = set()
@@ -193,7 +197,10 @@ class Server:
                 if error.errno == errno.ECONNABORTED:
                     continue
                 return self._pause(error)
-            if _still_there(stream):
+            if self._only_from is not None and address[0] not in self._only_from:
+                self._warn("%s is refused: only %s may connect", address[0], ", ".join(sorted(self._only_from)))
+                stream.close()
+            elif _still_there(stream):
                 self._welcome(stream, address)
             else:
                 stream.close()
@@ -262,7 +269,7 @@ class Server:
 
     def _lookup(self, service: int, number: int) -> ServedObject | None:
         found = self._other_objects(service, number) if self._other_objects is not None else None
-        if found is not None:
+        if found is not None or self._only_from is not None:
             return found
         if number != MAIN_OBJECT:
             return None

@@ -7,13 +7,12 @@ method may take as long as it wants, and a lost connection ends them.
 from __future__ import annotations
 
 import os
-import socket
 import ssl
 import sys
 import threading
 import uuid
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 from .connection import Connection
@@ -21,6 +20,7 @@ from .dial import CONNECT_S, connect
 from .directory_link import SESSION_CLOSED, DirectoryLink, describe_object, machine_id
 from .dynamics import PYTHON
 from .future import INFINITE, Future, describe, failed
+from .limits import Limits
 from .login import log_in
 from .proxy import Proxy
 from .python_object import served
@@ -176,6 +176,11 @@ class Session:
         """Return the address that was dialled. RuntimeError: not connected."""
         return _answer(_async, lambda: self._linked("Session disconnected").url)
 
+    def ends(self) -> tuple[str, str]:
+        """Return the addresses of this and of the other end of the connection. RuntimeError: not connected."""
+        connection = self._linked().connection
+        return connection.here, connection.there
+
     def close(self, _async: bool = False, *, abort: bool = False) -> Any:
         """End all connections, and stop listening. Pending calls fail at once.
 
@@ -226,7 +231,7 @@ class Session:
             return link.find(name)
         remote = link.remotes.get(name)
         if remote is None or not remote.alive or remote.service != own[0]:
-            connection = self._local(link)
+            connection = link.to_own(self._watcher.lookup)
             remote = link.remotes[name] = RemoteObject(connection, own[0], 1, describe_object(connection, own[0]))
         return Proxy(remote)
 
@@ -298,28 +303,26 @@ class Session:
         own = link.own.get(service) if link is not None and object == 1 else None
         return own[1] if own is not None else None
 
-    def _local(self, link: DirectoryLink) -> Connection:
-        """Return the connection of this session to its own services."""
-        with self._lock:
-            if link.local is None or link.local[0].closed:
-                ends = []
-                for dialled, stream in zip((True, False), socket.socketpair()):
-                    stream.setblocking(False)
-                    end = Connection(stream, capabilities=CLIENT_CAPABILITIES, dialled=dialled, peer="this session")
-                    end.learn(dict(CLIENT_CAPABILITIES))
-                    end.lookup = self._watcher.lookup
-                    end.trust()
-                    end.start()
-                    ends.append(end)
-                link.local = (ends[0], ends[1])
-            return link.local[0]
+    def listen(
+        self,
+        url: str = "tcp://0.0.0.0:0",
+        _async: bool = False,
+        *,
+        only_from: Collection[str] | None = None,
+        limits: Limits = Limits(),  # noqa: B008 -- frozen
+    ) -> Any:
+        """Accept connections to this session's services at an address, too. RuntimeError: it cannot be used.
 
-    def listen(self, url: str = "tcp://0.0.0.0:0", _async: bool = False) -> Any:
-        """Accept connections to this session's services at an address, too. RuntimeError: it cannot be used."""
-        return _answer(_async, self._listen, url)
+        Args:
+            only_from: Addresses from which connections are taken; they reach these services alone. None: as the
+                vendor's package, everybody, who finds a service directory there.
+            limits: What each of them may hold.
+        """
+        return _answer(_async, self._listen, url, only_from, limits)
 
-    def _listen(self, url: str) -> None:
-        server = Server(url, dialect=PYTHON, lookup=self._watcher.lookup, machine_id=machine_id())
+    def _listen(self, url: str, only_from: Collection[str] | None, limits: Limits) -> None:
+        own, machine = self._watcher.lookup, machine_id()
+        server = Server(url, dialect=PYTHON, lookup=own, machine_id=machine, only_from=only_from, limits=limits)
         _start(server)
         with self._lock:
             self._listeners.append(server)
