@@ -3,6 +3,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
+import socket
 import threading
 import time
 from pathlib import Path
@@ -11,10 +12,12 @@ from typing import Any
 import pytest
 import qi
 from machines import Machine
+from naoqi_driver import call_back
 from naoqi_driver.connection import Address, CallRefused, Connection, Login, RobotUnreachable, _hint
 from talker import Caller
 
 from telepresence import start_patience
+from telepresence.naoqi import Session
 from telepresence.naoqi.python_object import served
 from telepresence.naoqi.reactor import reactor
 from telepresence.naoqi.server import Server
@@ -251,9 +254,10 @@ def listening() -> set[str]:
     return {row[1] for row in rows if row[3] == "0A" and f"socket:[{row[9]}]" in held}
 
 
-def test_the_robot_calls_our_service_over_our_connection_and_nothing_listens(naoqi, wait_until):
+@pytest.mark.parametrize("listen", [None, call_back.AUTOMATIC], ids=["not asked for", "automatic"])
+def test_the_robot_calls_our_service_over_our_connection_and_nothing_listens(naoqi, wait_until, listen):
     ears, before = Ears(), listening()
-    with Connection(Address.parse("127.0.0.1", naoqi.port)) as link:
+    with Connection(Address.parse("127.0.0.1", naoqi.port), listen=listen) as link:
         assert link.wait_connected(10)
         link.register_service("PilotsEars", ears)
         remote = naoqi.session.service("PilotsEars")
@@ -263,6 +267,33 @@ def test_the_robot_calls_our_service_over_our_connection_and_nothing_listens(nao
     wait_until(
         lambda: "PilotsEars" not in [each["name"] for each in naoqi.session.services()], "it goes with the connection"
     )
+
+
+def test_another_program_of_the_robot_calls_our_service_where_we_listen(naoqi, wait_until):
+    """As ALAudioDevice beside the service directory; with the vendor's library see test_robot_that_dials.py."""
+    ears, before = Ears(), listening()
+    with Connection(Address.parse("127.0.0.1", naoqi.port), listen="tcp://0.0.0.0:0") as link:
+        assert link.wait_connected(10)
+        assert not link.listens_at, "there is no service yet"
+        link.register_service("PilotsEars", ears)
+        port = int(link.listens_at.rpartition(":")[2])
+        assert listening() - before == {f"0100007F:{port:04X}"}, "on the address towards the robot"
+        program = Session()
+        program.connect(f"tcp://127.0.0.1:{naoqi.port}")
+        program.service("PilotsEars").processRemote(1, 2, [3, 4], b"\xff\0ab")
+        program.close()
+    wait_until(lambda: ears.heard == [(1, 2, [3, 4], b"\xff\0ab")], "heard")
+    wait_until(lambda: listening() == before, "nothing listens any more")
+
+
+def test_a_port_that_is_taken_leaves_our_connection(naoqi, wait_until, caplog):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        url = f"tcp://127.0.0.1:{other.getsockname()[1]}"
+        with Connection(Address.parse("127.0.0.1", naoqi.port), listen=url) as link:
+            assert link.wait_connected(10)
+            link.register_service("PilotsEars", Ears())
+            naoqi.session.service("PilotsEars").processRemote(1, 2, [3, 4], b"\xff\0ab")
+            assert not link.listens_at and "Cannot listen" in caplog.text
 
 
 def test_what_is_registered_too_late_is_unregistered(naoqi, make_connection, wait_until):

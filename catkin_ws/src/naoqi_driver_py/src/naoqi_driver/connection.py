@@ -3,7 +3,8 @@
 Wire: NAOqi's messaging (`telepresence.naoqi`) over TCP. `tcp://ip:9559` up to NAOqi 2.8, without a login;
 `tcps://ip:9503` from 2.9, with user and password (ros-naoqi/libqi-python, issues 7 and 22), which go to the robot whose
 certificate is pinned (`certificate_pin`), and nowhere else. A request names a service, a method and its arguments; the
-reply is a value or an error text. Nothing here listens: the robot calls our services over our connection.
+reply is a value or an error text. The robot calls our services over our connection, and nothing here listens, unless
+that is asked for (`call_back`).
 
 Whatever the other side sends, a caller gets a value of bounded size, whose types the functions of `replies` check, or a
 `RobotError` whose text is one short line.
@@ -19,9 +20,10 @@ import re
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
+from naoqi_driver.address import Address, Login
+from naoqi_driver.call_back import LIMITS, listen_url
 from naoqi_driver.certificate_pin import CertificatePin, tls_context
 from naoqi_driver.replies import CallRefused, RobotError, UnexpectedReply, bounded
 from telepresence import naoqi, ports, start_patience
@@ -46,43 +48,6 @@ CALL_TIMEOUT = 1.0
 
 class RobotUnreachable(RobotError):
     """There is no link to the robot, or it did not answer in time. The link is being repaired meanwhile."""
-
-
-@dataclass(frozen=True)
-class Address:
-    """Where NAOqi answers. `user` and `password` are for tcps only: over tcp they are sent to nobody."""
-
-    url: str
-    user: str | None = None
-    password: str | None = field(default=None, repr=False)
-
-    @classmethod
-    def parse(cls, ip: str, port: int = 9559, user: str | None = None, password: str | None = None) -> Address:
-        """`ip` is a host name, an IP address, host:port, or a whole URL (`tcp://...`, `tcps://...`).
-
-        Raises:
-            ValueError: The address is empty or its scheme is neither tcp nor tcps.
-        """
-        scheme, mark, rest = ip.rpartition("://")
-        if mark and scheme not in ("tcp", "tcps"):
-            raise ValueError(f"address {ip!r}: the scheme must be tcp or tcps")
-        if not rest:
-            raise ValueError(f"address {ip!r} names no robot; use an IP address, a host name or tcp://host:port")
-        named_port = rest.rpartition(":")[2].isdigit() and ":" in rest
-        return cls(f"{scheme or 'tcp'}://{rest if named_port else f'{rest}:{port}'}", user, password)
-
-    @property
-    def encrypted(self) -> bool:
-        return self.url.startswith("tcps://")
-
-    @property
-    def place(self) -> tuple[str, int]:
-        """Host and port."""
-        host, _, port = self.url.partition("://")[2].rpartition(":")
-        return host.strip("[]"), int(port)
-
-    def __str__(self) -> str:
-        return self.url
 
 
 class PendingCall:
@@ -137,6 +102,7 @@ class Connection:
         address: Where it answers.
         on_connected: Called after every new connection, on the link's thread; may call the robot.
         on_lost: Called once when a link that was up is lost, with the cause.
+        listen: Where the robot may connect to services of ours, as `call_back.listen_url` takes it; None for nowhere.
     """
 
     def __init__(
@@ -144,12 +110,16 @@ class Connection:
         address: Address,
         on_connected: Callable[[], None] | None = None,
         on_lost: Callable[[str], None] | None = None,
+        listen: str | None = None,
     ) -> None:
         self.address = address
+        self.listens_at = ""
+        """Where the robot may connect to services of ours now; empty while it may not."""
         self.connections = 0
         """How often a link was established."""
         self._on_connected = on_connected or (lambda: None)
         self._on_lost = on_lost or (lambda _cause: None)
+        self._listen_url = listen
         self._problem = "not connected yet"
         self._session: naoqi.Session | None = None
         self._services: dict[str, Any] = {}
@@ -232,14 +202,14 @@ class Connection:
     def register_service(self, name: str, service: object) -> int:
         """Offer `service` to the robot under `name` until `unregister_service` or the end of the link; return its id.
 
-        The robot calls it over this connection. Where its service directory and the service that calls are programs of
-        their own, without the gateway of NAOqi 2.5 between, it cannot.
+        The robot calls it over this connection, or at `listens_at`.
 
         Raises:
             RobotUnreachable: No link, or no answer in time; what is registered later nevertheless is unregistered.
             CallRefused: The name is taken.
         """
         session = self._linked()
+        self._listen(session)
         future = session.registerService(name, service, _async=True)
         try:
             return int(PendingCall(self, future, f"registering {name}").result())
@@ -256,6 +226,20 @@ class Connection:
         """
         future = self._linked().unregisterService(number, _async=True)
         PendingCall(self, future, f"unregistering service {number}").result()
+
+    def _listen(self, session: naoqi.Session) -> None:
+        """Listen for the robot, once a link, before it hears of a service."""
+        if self._listen_url is None or self.listens_at:
+            return
+        try:
+            here, robot = session.ends()
+            url = listen_url(self._listen_url, here, robot, self.address.encrypted)
+            if url:
+                session.listen(url, only_from=[robot], limits=LIMITS)
+                self.listens_at = session.endpoints()[0]
+                log.info("for services of ours the robot may connect to %s", self.listens_at)
+        except (RuntimeError, OSError) as error:
+            log.warning("the robot can call no service of ours but over our own connection: %s", _reason(error))
 
     def translate(self, error: RuntimeError, name: str, unanswered: bool, timeout: float) -> RobotError:
         """What an error of the library means to the caller of `name`."""
@@ -362,7 +346,7 @@ class Connection:
         with self._lock:
             self._session = None
             self._services.clear()
-        self._problem = cause or "closed"
+        self._problem, self.listens_at = cause or "closed", ""
         self._up.clear()
         session.close(abort=cause is not None)  # else a robot that is back says and does what was asked for long ago
         if cause is not None:
@@ -406,19 +390,3 @@ def _hint(address: Address, cause: str) -> str:
 
 def _reason(error: Exception) -> str:
     return clean(error_text(error, LONGEST + 1), LONGEST)  # which marks that something is left out
-
-
-class Login:
-    """Hands user and password to the library, in the steps its authenticator interface asks for; the names are its."""
-
-    def __init__(self, user: str, password: str) -> None:
-        self._answer = {"user": user, "token": password}
-
-    def newAuthenticator(self) -> Login:
-        return self
-
-    def initialAuthData(self) -> dict[str, str]:
-        return self._answer
-
-    def _processAuth(self, _asked: object) -> dict[str, str]:
-        return self._answer

@@ -16,6 +16,7 @@ from collections.abc import Callable
 import rospy
 from telepresence_ros.node import ROBOT_PATIENCE, Node
 
+from naoqi_driver import call_back
 from naoqi_driver.connection import Address, Connection
 
 
@@ -26,6 +27,8 @@ class NaoqiNode(Node):
         name: The node's name, unless the launch file gives another.
         on_connected, on_lost: See `Connection`.
         on_master_lost: Called when the ROS master does not answer any more.
+        listens: The node has services for the robot: it listens for it where `~qi_listen_url` says, see
+            `naoqi_driver.call_back`.
 
     Raises:
         SystemExit: The command line or the address is wrong, or there is no ROS master.
@@ -39,10 +42,12 @@ class NaoqiNode(Node):
         on_connected: Callable[[], None] | None = None,
         on_lost: Callable[[str], None] | None = None,
         on_master_lost: Callable[[], None] | None = None,
+        listens: bool = False,
     ) -> None:
         arguments = parse_arguments(rospy.myargv(sys.argv)[1:], name)
         super().__init__(name, on_master_lost)
-        self.connection = Connection(find_address(arguments), on_connected, on_lost).start()
+        listen = find_listen_url() if listens else None
+        self.connection = Connection(find_address(arguments), on_connected, on_lost, listen).start()
         self.at_end(self.connection.close)
 
 
@@ -64,3 +69,13 @@ def find_address(arguments: argparse.Namespace) -> Address:
         return Address.parse(str(ip), port, user, password)
     except ValueError as error:
         sys.exit(f"{rospy.get_name()}: {error}")
+
+
+def find_listen_url() -> str:
+    """Where the robot may connect to this node's services, from the private parameter."""
+    url = str(rospy.get_param("~qi_listen_url", call_back.AUTOMATIC))
+    try:
+        call_back.check_url(url)
+    except ValueError as error:
+        sys.exit(f"{rospy.get_name()}: {error}")
+    return url

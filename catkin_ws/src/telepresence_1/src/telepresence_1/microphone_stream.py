@@ -3,10 +3,9 @@
 Wire: a service registered by this side with a method `processRemote(channels, samples per channel, [s, µs], buffer)`;
 `ALAudioDevice.setClientPreferences(name, rate, channels, deinterleaved)`, `subscribe(name)`, `unsubscribe(name)`.
 Buffers are int16 little-endian: 48000 Hz with four microphones, or 16000 Hz with one. A block is 85 to 170 ms long,
-which is the larger part of the delay. The robot calls over the connection that we opened: nothing listens here, and no
-firewall is in the way. A robot whose ALAudioDevice and service directory are programs of their own, without the gateway
-of NAOqi 2.5 between, would have to open a connection to this machine; no call ever comes from it, which is noticed
-here. Source: NAOqi 2.8 documentation, ALAudioDevice.
+which is the larger part of the delay. The robot calls over the connection that we opened, or opens one to this machine
+(`naoqi_driver.call_back`), where a firewall may be in its way; that is noticed here. Source: NAOqi 2.8 documentation,
+ALAudioDevice.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from naoqi_driver.connection import CallRefused, Connection, RobotError
+from naoqi_driver.connection import CallRefused, Connection, RobotError, RobotUnreachable
 
 from telepresence import naoqi
 from telepresence.security.change_log import ChangeLog
@@ -135,7 +134,7 @@ class MicrophoneStream:
             if now >= self._ask_at:
                 self._subscribe(now)
         elif now - max(self._last_block, self._asked) > SILENT_AFTER:
-            self._report("the robot's microphones send nothing: this robot does not call back over our connection")
+            self._report(f"the robot's microphones send nothing: {self._way_here()}")
             self._leave()
             if self._last_block < self._asked:  # else it has sent until now, and may at once again
                 self._put_off()
@@ -158,14 +157,26 @@ class MicrophoneStream:
         try:
             call(_DEVICE, "setClientPreferences", name, *self._preferences)
             call(_DEVICE, "subscribe", name, timeout=3.0)
-        except CallRefused:
+        except CallRefused as error:
             self._ear = None
             self._unregister(ear)
-            raise
-        except RobotError:
+            if "find service" not in str(error).lower():
+                raise
+            raise CallRefused(f"{error}: {self._way_here()}") from None
+        except RobotError as error:
             self._leave()  # without an answer it may have been done, or be done later
-            raise
+            if "subscribe" not in str(error) or not self._connection.connected:
+                raise
+            # Where its packets are dropped on their way, it tries for longer than we wait.
+            raise RobotUnreachable(f"{error}: {self._way_here()}") from None
         self._link, self._asked = link, time.monotonic()
+
+    def _way_here(self) -> str:
+        """What may be wrong when the robot does not reach a service of ours."""
+        where = self._connection.listens_at
+        if where:
+            return f"the robot must be able to connect to {where}; let it through the firewall (qi_listen_url)"
+        return "the robot may need to connect to this machine, where nothing listens for it (qi_listen_url)"
 
     def _leave(self) -> None:
         """Take no more blocks by the present service, and have the robot send none soon."""

@@ -3,6 +3,9 @@
 Topics and services: see `telepresence_ros.voice_topics`.
 Parameters:
     ~pip, ~pport             the robot, see naoqi_driver.naoqi_node
+    ~qi_listen_url ("")      where the robot may connect to bring the sound of its microphones: tcp://HOST:PORT, whose
+                             host 0.0.0.0 means the address towards it. "": a free port there, unless the robot is on
+                             this machine or the link is encrypted. tcp://127.0.0.1:0: no other machine may
     ~microphone, ~speaker ("auto")
     ~echo_cancellation (false)
                              by the sound server: the pilot needs no headset
@@ -44,7 +47,7 @@ class Voice:
     """
 
     def __init__(self) -> None:
-        self._node = NaoqiNode("voice")
+        self._node = NaoqiNode("voice", listens=True)
         self._echo: EchoCancellation | None = None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
         if rospy.get_param("~echo_cancellation", False):
