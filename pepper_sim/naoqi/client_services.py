@@ -1,28 +1,23 @@
 """Calls from the robot to services that clients registered: event callbacks, microphone buffers.
 
-They go over the connection that the client opened, so no client needs an address that the robot can reach. A robot that
-`dials` makes them as its programs beside the service directory do: it connects to an address that the client announces,
-and finds no service that announces none; so does an ordinary Pepper (ros-naoqi/naoqi_driver, issues 96, 107, 158).
-
-The first call to a service asks the client what the service looks like and may take long when the client hangs, so it
-waits on a thread of this module. Later ones wait on no thread at all, and arrive in their order.
+They go over the connection that the client opened, so no client needs an address that the robot can reach. The first
+call to a service asks the client what the service looks like and may take long when the client hangs, so it waits on a
+thread of this module. Later ones wait on no thread at all, and arrive in their order.
 """
 
 from __future__ import annotations
 
 import concurrent.futures
-import logging
 import threading
 from collections.abc import Iterable
 from typing import Any
 
-from pepper_sim.naoqi.service import Service, ServiceError
+from pepper_sim.naoqi.service import Service
 from pepper_sim.naoqi.tasks import Alarm
 from telepresence.naoqi.future import Future
+from telepresence.naoqi.metaobject import FIRST_OWN_ID, MetaMethod, NoSuchMethod, choose_overload
+from telepresence.naoqi.remote_object import RemoteObject
 from telepresence.naoqi.server import Server
-from telepresence.naoqi.session import Session
-
-log = logging.getLogger(__name__)
 
 MAX_FAILURES = 3
 """A subscriber whose calls fail this many times in a row is dropped."""
@@ -32,21 +27,14 @@ CALL_TIMEOUT = 5.0
 
 
 class ClientServices:
-    """Services of clients, by name.
-
-    Attributes:
-        dials: They are called where they listen, and nowhere else; to be set before a client comes.
-    """
-
-    dials = False
+    """Services of clients, by name."""
 
     def __init__(self, server: Server, alarm: Alarm) -> None:
         self._server = server
         self._alarm = alarm
         self._own: frozenset[str] = frozenset()
         self._offered: dict[str, Service] = {}
-        self._proxies: dict[str, Any] = {}
-        self._beside: Session | None = None
+        self._known: dict[str, RemoteObject] = {}
         self._lock = threading.Lock()
         self._pool = concurrent.futures.ThreadPoolExecutor(LOOKUP_WORKERS, thread_name_prefix="client-lookup")
         server.serviceUnregistered.connect(lambda _identity, name: self._forget(name))
@@ -76,7 +64,7 @@ class ClientServices:
     def call(self, name: str, method: str, *arguments: Any) -> concurrent.futures.Future:
         """Call `name`.`method`; the future holds the answer, or what went wrong (RuntimeError, TimeoutError)."""
         done: concurrent.futures.Future = concurrent.futures.Future()
-        if name in self._proxies:
+        if name in self._known:
             self._start(done, name, method, arguments)
         else:
             self._pool.submit(self._start, done, name, method, arguments)
@@ -94,18 +82,9 @@ class ClientServices:
         if name in self._offered:
             return self._start_own(name, method, arguments)
         done: concurrent.futures.Future = concurrent.futures.Future()
-        try:
-            answer = getattr(self._proxy(name), method)(*arguments, _async=True)
-        except AttributeError:
-            raise _no_method(name, method) from None
-
-        def finish(answer: Future) -> None:
-            if answer.hasError():
-                done.set_exception(RuntimeError(answer.error()))
-            else:
-                done.set_result(answer.value())
-
-        answer.addCallback(finish)
+        remote = self._remote(name)
+        answer = remote.call(_chosen(remote, name, method, arguments), arguments)
+        answer.addCallback(lambda answer: _hand_over(answer, done))
         return done
 
     def _start_own(self, name: str, method: str, arguments: tuple) -> concurrent.futures.Future:
@@ -130,41 +109,29 @@ class ClientServices:
         Raises: RuntimeError: There is no such service or method, or it does not take these arguments.
         """
         try:
-            self._proxy(name).post(method, *arguments)
-        except AttributeError:
-            raise _no_method(name, method) from None
+            remote = self._remote(name)
+            chosen = _chosen(remote, name, method, arguments)
+            remote.post(chosen.uid, chosen.parameters, arguments)
         except RuntimeError:
             self._forget(name)
             raise
 
-    def reach(self, name: str) -> concurrent.futures.Future:
-        """Find a client's service; the future's ServiceError says that there is none, or no way to it."""
-        return self._pool.submit(self._proxy, name)
-
     def close(self) -> None:
-        if self._beside is not None:
-            self._beside.close()
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def _start(self, done: concurrent.futures.Future, name: str, method: str, arguments: tuple) -> None:
         """Send a call; `done` ends with its answer, or when the client has not answered in time."""
         try:
-            answer = getattr(self._proxy(name), method)(*arguments, _async=True)
-        except AttributeError:
-            return done.set_exception(_no_method(name, method))
-        except RuntimeError as error:
+            remote = self._remote(name)
+            answer = remote.call(_chosen(remote, name, method, arguments), arguments)
+        except Exception as error:  # whoever raised the event has nothing to do with it
             self._forget(name)
             return done.set_exception(error)
         late = self._alarm.after(CALL_TIMEOUT)
 
         def answered(answer: Future) -> None:
-            if not late.cancel():
-                return
-            if answer.hasError():
+            if late.cancel() and not _hand_over(answer, done):
                 self._forget(name)
-                done.set_exception(RuntimeError(answer.error()))
-            else:
-                done.set_result(answer.value())
 
         def give_up(timer: concurrent.futures.Future) -> None:
             if not timer.cancelled():
@@ -175,34 +142,47 @@ class ClientServices:
         late.add_done_callback(give_up)
         answer.addCallback(answered)
 
-    def _proxy(self, name: str) -> Any:
+    def _remote(self, name: str) -> RemoteObject:
         with self._lock:
-            proxy = self._proxies.get(name)
-        if proxy is None:
-            proxy = self._dialled(name) if self.dials else self._server.remote(name)
+            remote = self._known.get(name)
+        if remote is None:
+            remote = self._server.remote_object(name)
             with self._lock:
-                self._proxies[name] = proxy
-        return proxy
-
-    def _dialled(self, name: str) -> Any:
-        """Return a proxy of a client's service over a connection to an address that its record names."""
-        own = set(self._server.endpoints)
-        records = [info["endpoints"] for info in self._server.services() if info["name"] == name]
-        if not records or set(records[0]) <= own:  # the directory names itself for a client that does not listen
-            raise ServiceError(f"Can't find service: {name}")
-        try:
-            with self._lock:
-                if self._beside is None or not self._beside.isConnected():
-                    self._beside = Session()
-                    self._beside.connect(self.url)
-            return self._beside.service(name)
-        except RuntimeError as error:
-            log.info("'%s' cannot be reached at %s: %s", name, ", ".join(records[0]), error)
-            raise ServiceError(f"Can't find service: {name}") from None
+                self._known[name] = remote
+        return remote
 
     def _forget(self, name: str) -> None:
         with self._lock:
-            self._proxies.pop(name, None)
+            self._known.pop(name, None)
+
+
+def _chosen(remote: RemoteObject, name: str, method: str, arguments: tuple) -> MetaMethod:
+    """Return the overload that takes the arguments, of the service's own methods: what every object has is no method.
+
+    Raises: RuntimeError: There is none.
+    """
+    try:
+        chosen = choose_overload(remote.meta, method, arguments, remote.connection.dialect)
+    except NoSuchMethod:
+        raise _no_method(name, method) from None
+    except RuntimeError:
+        if all(other.uid < FIRST_OWN_ID for other in remote.meta.methods_named(method)):
+            raise _no_method(name, method) from None
+        raise
+    if chosen.uid < FIRST_OWN_ID:
+        raise _no_method(name, method)
+    return chosen
+
+
+def _hand_over(answer: Future, done: concurrent.futures.Future) -> bool:
+    """Complete `done` with an answer that has come; return whether that is a value."""
+    try:
+        value = answer.value()
+    except Exception as error:  # the client's text; also a cancel that nobody asked for, or no value of its type
+        done.set_exception(error)
+        return False
+    done.set_result(value)
+    return True
 
 
 def _no_method(name: str, method: str) -> RuntimeError:

@@ -6,11 +6,14 @@ Left and right in the event names refer to NAO's two sonars; Pepper's front sona
 
 from __future__ import annotations
 
+import logging
 import threading
 
 from pepper_sim.naoqi.extractor import Extractor
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_memory import ALMemory
+
+log = logging.getLogger(__name__)
 
 NEAR = 0.5
 """An obstacle closer than this raises an event [m] (NAOqi 2.8 documentation, sonar)."""
@@ -37,10 +40,13 @@ class ALSonar(Extractor):
 
     def _run(self) -> None:
         while not self._closing.wait(_PERIOD):
-            if self.active:
-                self._poll(float(self._robot.snapshot().sonar["Front"]))
-            else:
-                self._near = None
+            try:
+                if self.active:
+                    self._poll(float(self._robot.snapshot().sonar["Front"]))
+                else:
+                    self._near = None
+            except Exception:  # one event that fails must not end all later ones
+                log.exception("the sonars' events could not be raised")
 
     def _poll(self, distance: float) -> None:
         near = distance < NEAR

@@ -156,12 +156,19 @@ class Server:
 
         Raises: RuntimeError: There is none, or the client does not answer.
         """
+        return Proxy(self.remote_object(name))
+
+    def remote_object(self, name: str) -> RemoteObject:
+        """Return what such a proxy stands for: members are called by what they are, whatever names a Proxy has itself.
+
+        Raises: RuntimeError: As for `remote`.
+        """
         entry = self._directory.find(name)
         if entry is None or entry.owner is None:
             raise RuntimeError(f"Cannot find service '{name}' in index")
         if entry.meta is None:
             entry.meta = _ask_meta(entry.owner, entry.number)
-        return Proxy(RemoteObject(entry.owner, entry.number, MAIN_OBJECT, entry.meta))
+        return RemoteObject(entry.owner, entry.number, MAIN_OBJECT, entry.meta)
 
     # --- on the reactor's thread
 

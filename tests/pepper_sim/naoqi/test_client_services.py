@@ -107,3 +107,46 @@ def test_a_client_that_does_not_answer_has_failed(clients, ears, monkeypatch):
     monkeypatch.setattr(client_services, "CALL_TIMEOUT", 0.2)
     with pytest.raises(TimeoutError, match="'Ears' has not answered"):
         clients.call("Ears", "hang").result(30)
+
+
+class _Odd:
+    """A service some of whose members bear names that a proxy has, too; `told` is a signal."""
+
+    def __init__(self, signal):
+        self.told = signal
+        self.received = []
+
+    def post(self, *values):
+        self.received.append(values)
+        return len(self.received)
+
+
+@pytest.fixture
+def odd(qi, clients):
+    odd = _Odd(qi.Signal("(m)"))
+    session = qi.Session()
+    session.connect(clients.url)
+    session.registerService("Odd", odd)
+    yield odd
+    session.close()
+
+
+def test_a_method_may_have_the_name_of_a_proxys_own(clients, odd, wait_until):
+    for number in range(3):
+        clients.post("Odd", "post", number)
+    wait_until(lambda: odd.received == [(0,), (1,), (2,)], "all arrived")
+    assert clients.call("Odd", "post", 3).result(30) == 4
+    assert clients.start("Odd", "post", 4).result(30) == 5
+
+
+@pytest.mark.parametrize("name", ["isValid", "metaObject", "call", "told", "registerEvent", "__class__", "_remote"])
+def test_what_is_no_method_of_the_service_is_refused(clients, odd, name):
+    """Signals of the service, what every object has, and what only a proxy has."""
+    for _ in range(2):  # at the second call the service is known
+        for arguments in ((), (1,), ("Event", 1, "Odd")):
+            with pytest.raises(RuntimeError, match=f"has no method '{name}'"):
+                clients.call("Odd", name, *arguments).result(30)
+            with pytest.raises(RuntimeError, match=f"has no method '{name}'"):
+                clients.post("Odd", name, *arguments)
+            with pytest.raises(RuntimeError, match=f"has no method '{name}'"):
+                clients.start("Odd", name, *arguments)

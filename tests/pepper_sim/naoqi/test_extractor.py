@@ -40,6 +40,26 @@ def test_sonar_events_only_while_somebody_listens(naoqi, wait_until, simulation)
     naoqi.ALSonar.unsubscribe("listener")
 
 
+def test_a_sonar_event_that_cannot_be_raised_is_not_the_last(naoqi, wait_until, simulation, monkeypatch):
+    """A client may have filled the memory, for example."""
+    service = next(s for s in simulation.server.catalogue.services if s.name == "ALSonar")
+    failed, received = [], []
+
+    def fail(*_):
+        failed.append(1)
+        raise RuntimeError("the memory is full")
+
+    wait_until(lambda: service._near is None, "it noticed that nobody listens since the test before")
+    with monkeypatch.context() as patch:
+        patch.setattr(service, "_poll", fail)
+        naoqi.ALSonar.subscribe("listener")
+        wait_until(lambda: failed, "it failed")
+    subscriber = naoqi.ALMemory.subscriber("SonarLeftNothingDetected")
+    subscriber.signal.connect(received.append)
+    wait_until(lambda: received, "it tells again")
+    naoqi.ALSonar.unsubscribe("listener")
+
+
 def test_touch_status(naoqi, wait_until):
     touch = naoqi.ALTouch
     assert "Head/Touch/Front" in touch.getSensorList()

@@ -106,6 +106,37 @@ def test_a_dead_callback_is_dropped(naoqi, connect, wait_until):
     wait_until(dropped, "the dead module was dropped")
 
 
+@pytest.mark.parametrize("method", ["told", "isValid", "metaObject", "missing"])
+def test_a_callback_that_cannot_be_called_is_dropped_and_harms_nobody(qi, naoqi, connect, wait_until, method):
+    """Whatever a client subscribes with, whoever raises the event and everybody else who is called notice nothing."""
+
+    class Module:
+        def __init__(self):
+            self.told = qi.Signal("(m)")
+            self.calls = []
+
+        def onEvent(self, name, value, identifier):
+            self.calls.append(value)
+
+    event = f"Test/Callable/{method}/{qi.__name__}"
+    clients, modules = {name: connect() for name in ("Wrong", "Right")}, {name: Module() for name in ("Wrong", "Right")}
+    for name, client in clients.items():
+        client.registerService(name, modules[name])
+    clients["Wrong"].service("ALMemory").subscribeToEvent(event, "Wrong", method)
+    clients["Right"].service("ALMemory").subscribeToEvent(event, "Right", "onEvent")
+    raised = []
+
+    def dropped():
+        naoqi.ALMemory.raiseEvent(event, len(raised))
+        raised.append(len(raised))
+        return naoqi.ALMemory.getSubscribers(event) == ["Right"]
+
+    wait_until(dropped, "the wrong one was dropped")
+    wait_until(lambda: modules["Right"].calls == raised, "the right one got every event")
+    for client in clients.values():
+        client.close()
+
+
 def test_keys_and_events_are_listed(qi, naoqi):
     memory, event = naoqi.ALMemory, f"Test/Declared/{qi.__name__}"
     memory.declareEvent(event, qi.__name__)
