@@ -106,7 +106,6 @@ class Catalogue:
         with contextlib.ExitStack() as stack:
             closing: list[Any] = [
                 self.disk,
-                self.clients,
                 self._alarm,
                 self._watch,
                 self._workers,

@@ -1,8 +1,8 @@
 """Calls from the robot to services that clients registered: event callbacks, microphone buffers.
 
-They go over the connection that the client opened, so no client needs an address that the robot can reach. The first
-call to a service asks the client what the service looks like and may take long when the client hangs, so it waits on a
-thread of this module. Later ones wait on no thread at all, and arrive in their order.
+They go over the connection that the client opened, so no client needs an address that the robot can reach. Before the
+first call to a service the client is asked what the service looks like. Calls wait for that on no thread, so a client
+that hangs delays nobody else's, and they arrive in their order.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import concurrent.futures
 import threading
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from typing import Any
 
 from pepper_sim.naoqi.service import Service
@@ -21,9 +22,20 @@ from telepresence.naoqi.server import Server
 
 MAX_FAILURES = 3
 """A subscriber whose calls fail this many times in a row is dropped."""
-LOOKUP_WORKERS = 4
 CALL_TIMEOUT = 5.0
 """A client that does not answer within this time [s] has failed."""
+
+
+@dataclass(eq=False)
+class _Call:
+    """A call from the request to its end. Whoever cancels `late` completes `done`."""
+
+    service: str
+    method: str
+    arguments: tuple
+    late: concurrent.futures.Future
+    done: concurrent.futures.Future = field(default_factory=concurrent.futures.Future)
+    answer: Future | None = None
 
 
 class ClientServices:
@@ -34,10 +46,9 @@ class ClientServices:
         self._alarm = alarm
         self._own: frozenset[str] = frozenset()
         self._offered: dict[str, Service] = {}
-        self._known: dict[str, RemoteObject] = {}
         self._lock = threading.Lock()
-        self._pool = concurrent.futures.ThreadPoolExecutor(LOOKUP_WORKERS, thread_name_prefix="client-lookup")
-        server.serviceUnregistered.connect(lambda _identity, name: self._forget(name))
+        self._waiting: dict[Future, dict[_Call, None]] = {}
+        """Client that was asked about its service -> the calls that wait for the answer, in their order."""
 
     @property
     def url(self) -> str:
@@ -63,12 +74,21 @@ class ClientServices:
 
     def call(self, name: str, method: str, *arguments: Any) -> concurrent.futures.Future:
         """Call `name`.`method`; the future holds the answer, or what went wrong (RuntimeError, TimeoutError)."""
-        done: concurrent.futures.Future = concurrent.futures.Future()
-        if name in self._known:
-            self._start(done, name, method, arguments)
-        else:
-            self._pool.submit(self._start, done, name, method, arguments)
-        return done
+        call = _Call(name, method, arguments, self._alarm.after(CALL_TIMEOUT))
+        reached = self._server.reach(name)
+        with self._lock:
+            waiting = self._waiting.get(reached)
+            first = waiting is None and not reached.isFinished()
+            if first:
+                waiting = self._waiting[reached] = {}
+            if waiting is not None:
+                waiting[call] = None
+        call.late.add_done_callback(lambda timer: self._give_up(call, reached, timer))
+        if waiting is None:
+            _send(call, reached)
+        elif first:
+            reached.addCallback(lambda reached: self._send_waiting(reached))
+        return call.done
 
     def offer(self, services: Iterable[Service]) -> None:
         """Let `start` call the robot's own services, too."""
@@ -108,52 +128,51 @@ class ClientServices:
 
         Raises: RuntimeError: There is no such service or method, or it does not take these arguments.
         """
-        try:
-            remote = self._remote(name)
-            chosen = _chosen(remote, name, method, arguments)
-            remote.post(chosen.uid, chosen.parameters, arguments)
-        except RuntimeError:
-            self._forget(name)
-            raise
-
-    def close(self) -> None:
-        self._pool.shutdown(wait=False, cancel_futures=True)
-
-    def _start(self, done: concurrent.futures.Future, name: str, method: str, arguments: tuple) -> None:
-        """Send a call; `done` ends with its answer, or when the client has not answered in time."""
-        try:
-            remote = self._remote(name)
-            answer = remote.call(_chosen(remote, name, method, arguments), arguments)
-        except Exception as error:  # whoever raised the event has nothing to do with it
-            self._forget(name)
-            return done.set_exception(error)
-        late = self._alarm.after(CALL_TIMEOUT)
-
-        def answered(answer: Future) -> None:
-            if late.cancel() and not _hand_over(answer, done):
-                self._forget(name)
-
-        def give_up(timer: concurrent.futures.Future) -> None:
-            if not timer.cancelled():
-                self._forget(name)
-                answer.cancel()
-                done.set_exception(TimeoutError(f"service '{name}' has not answered within {CALL_TIMEOUT:g} s"))
-
-        late.add_done_callback(give_up)
-        answer.addCallback(answered)
+        remote = self._remote(name)
+        chosen = _chosen(remote, name, method, arguments)
+        remote.post(chosen.uid, chosen.parameters, arguments)
 
     def _remote(self, name: str) -> RemoteObject:
-        with self._lock:
-            remote = self._known.get(name)
-        if remote is None:
-            remote = self._server.remote_object(name)
-            with self._lock:
-                self._known[name] = remote
-        return remote
+        """Return what calls a client's service; only the first time it waits, at most CALL_TIMEOUT."""
+        reached = self._server.reach(name)
+        reached.wait(CALL_TIMEOUT * 1000.0)
+        if reached.isRunning():
+            raise RuntimeError(_late(name))
+        return reached.value()
 
-    def _forget(self, name: str) -> None:
+    def _send_waiting(self, reached: Future) -> None:
+        """Send the calls that wait. One that comes meanwhile joins them, and so does not overtake them."""
+        while True:
+            with self._lock:
+                waiting = self._waiting[reached]
+                call = next(iter(waiting), None)
+                if call is None:
+                    del self._waiting[reached]
+                    return
+                del waiting[call]
+            _send(call, reached)
+
+    def _give_up(self, call: _Call, reached: Future, timer: concurrent.futures.Future) -> None:
+        if timer.cancelled():
+            return
         with self._lock:
-            self._known.pop(name, None)
+            self._waiting.get(reached, {}).pop(call, None)
+        if call.answer is not None:
+            call.answer.cancel()
+        call.done.set_exception(TimeoutError(_late(call.service)))
+
+
+def _send(call: _Call, reached: Future) -> None:
+    """Send a call to a service whose description, or what kept it from coming, is there."""
+    try:
+        remote = reached.value()
+        call.answer = remote.call(_chosen(remote, call.service, call.method, call.arguments), call.arguments)
+    except Exception as error:  # whoever raised the event has nothing to do with it
+        if call.late.cancel():
+            call.done.set_exception(error)
+        return
+    call.arguments = ()  # the timer holds the call until its time
+    call.answer.addCallback(lambda answer: _hand_over(answer, call.done) if call.late.cancel() else None)
 
 
 def _chosen(remote: RemoteObject, name: str, method: str, arguments: tuple) -> MetaMethod:
@@ -174,16 +193,19 @@ def _chosen(remote: RemoteObject, name: str, method: str, arguments: tuple) -> M
     return chosen
 
 
-def _hand_over(answer: Future, done: concurrent.futures.Future) -> bool:
-    """Complete `done` with an answer that has come; return whether that is a value."""
+def _hand_over(answer: Future, done: concurrent.futures.Future) -> None:
+    """Complete `done` with an answer that has come."""
     try:
         value = answer.value()
     except Exception as error:  # the client's text; also a cancel that nobody asked for, or no value of its type
         done.set_exception(error)
-        return False
-    done.set_result(value)
-    return True
+    else:
+        done.set_result(value)
 
 
 def _no_method(name: str, method: str) -> RuntimeError:
     return RuntimeError(f"service '{name}' has no method '{method}'")
+
+
+def _late(name: str) -> str:
+    return f"service '{name}' has not answered within {CALL_TIMEOUT:g} s"

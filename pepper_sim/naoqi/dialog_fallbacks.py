@@ -44,7 +44,7 @@ class DialogFallbacks:
         for service in list(self._fallbacks.get(self._conversation.language, [])):
             try:
                 answer = self._clients.call(service, METHOD, self._conversation.language, text).result()
-            except RuntimeError as error:
+            except (RuntimeError, TimeoutError) as error:
                 log.warning("%s has no answer: %s", service, error)
                 continue
             if isinstance(answer, str) and answer:

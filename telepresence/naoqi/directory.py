@@ -13,19 +13,18 @@ import socket
 import threading
 import uuid
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable
+from typing import Any, Callable
 
 from .codec import decode, encode
+from .connection import LOST, Connection
 from .future import Future
 from .message import REPLY
 from .metaobject import METAOBJECT, MetaObject
+from .remote_object import RemoteObject
 from .served_object import META_OBJECT, ServedObject
 from .signals import Signal
 from .signature import WireError
 from .workers import submit
-
-if TYPE_CHECKING:
-    from .connection import Connection
 
 log = logging.getLogger(__name__)
 
@@ -49,7 +48,6 @@ class Entry:
     Attributes:
         owner: The connection through which a client has registered it; None: it is the server's own.
         served: The server's own object.
-        meta: What a client's service offers, once it was asked.
         relay: Passes calls on to a client that does not listen.
     """
 
@@ -59,8 +57,46 @@ class Entry:
         self.name, self.number, self.info = name, number, info
         self.owner, self.served = owner, served
         self.ready = False
-        self.meta: MetaObject | None = None
         self.relay: ServedObject | None = None
+        self._reached: Future | None = None
+        self._lock = threading.Lock()
+
+    def reach(self) -> Future:
+        """Return the future of the RemoteObject by which a client's service is called: all callers share one.
+
+        The client is asked what the service offers, once, however many want to know; that has no time limit, so each of
+        them sets its own. Fails with a RuntimeError if the answer is of no use, and the next caller asks again.
+        """
+        assert self.owner is not None
+        with self._lock:
+            if self._reached is not None:
+                return self._reached
+            self._reached = reached = Future()
+
+        def described(kind: int, _flags: int, payload: Any) -> None:
+            submit(self._described, reached, kind, payload)
+
+        self.owner.start_call(self.number, MAIN_OBJECT, META_OBJECT, encode("I", 0), 0, described)
+        return reached
+
+    def gone(self) -> None:
+        """The service was unregistered: nobody waits for its description any more."""
+        with self._lock:
+            reached = self._reached
+        if reached is not None:
+            reached.finish_with_error(f"service '{self.name}' is gone")
+
+    def _described(self, reached: Future, kind: int, payload: Any) -> None:
+        try:
+            if kind != REPLY or self.owner is None:
+                raise WireError(payload if kind == LOST else f"service #{self.number} does not describe itself")
+            meta = MetaObject.from_value(decode(METAOBJECT, payload))
+        except RuntimeError as error:
+            with self._lock:
+                self._reached = None
+            reached.finish_with_error(str(error))
+        else:
+            reached.finish_with_value(RemoteObject(self.owner, self.number, MAIN_OBJECT, meta))
 
 
 class Directory(ServedObject):
@@ -115,6 +151,7 @@ class Directory(ServedObject):
             entry = self._entries.pop(number, None)
         if entry is None:
             raise WireError(f"Unregister Service: Can't find service #{number}")
+        entry.gone()
         if entry.ready:
             self.removed(number, entry.name)
 
@@ -193,26 +230,18 @@ class Directory(ServedObject):
         """Make a service of a client that does not listen reachable through this server, and then ready."""
         done = Future()
 
-        def described(kind: int, _flags: int, payload: Any) -> None:
-            submit(finish, kind, payload)
-
-        def finish(kind: int, payload: Any) -> None:
+        def finish(reached: Future) -> None:
             from .relay import Relay  # which imports the client's side
-            from .remote_object import RemoteObject
 
             try:
-                if kind != REPLY or entry.owner is None:
-                    raise WireError(f"service #{entry.number} does not describe itself")
-                entry.meta = MetaObject.from_value(decode(METAOBJECT, payload))
-                entry.relay = Relay(RemoteObject(entry.owner, entry.number, MAIN_OBJECT, entry.meta))
+                entry.relay = Relay(reached.value())
                 self.ready(entry.number)
             except RuntimeError as error:
                 done.finish_with_error(str(error))
             else:
                 done.finish_with_value(None)
 
-        assert entry.owner is not None
-        entry.owner.start_call(entry.number, MAIN_OBJECT, META_OBJECT, encode("I", 0), 0, described)
+        entry.reach().addCallback(finish)
         return done
 
     def _update(self, connection: Connection, info: dict[str, Any]) -> None:

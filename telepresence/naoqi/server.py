@@ -7,28 +7,23 @@ import logging
 import socket
 import ssl
 import struct
-import threading
 import time
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from .codec import decode, encode
-from .connection import LOST, Connection
+from .connection import Connection
 from .dial import split_url
 from .directory import MAIN_OBJECT, SERVICE_ID, Directory, this_machine
 from .dynamics import ROBOT, Dialect, Record
+from .future import Future, failed
 from .limits import Limits
 from .login import ServerLogin
-from .message import REPLY
-from .metaobject import METAOBJECT, MetaObject
 from .proxy import Proxy
 from .reactor import READ, Timer, reactor
 from .releases import RELEASES, Release
-from .remote_object import RemoteObject
-from .served_object import META_OBJECT, ServedObject
+from .served_object import ServedObject
 from .signals import Signal
 from .stream import prepare
-from .workers import blocking
 
 log = logging.getLogger(__name__)
 
@@ -156,19 +151,21 @@ class Server:
 
         Raises: RuntimeError: There is none, or the client does not answer.
         """
-        return Proxy(self.remote_object(name))
+        reached = self.reach(name)
+        reached.wait(_ASK_S * 1000)
+        if reached.isRunning():
+            raise RuntimeError(f"service '{name}' does not describe itself within {_ASK_S:g} s")
+        return Proxy(reached.value())
 
-    def remote_object(self, name: str) -> RemoteObject:
-        """Return what such a proxy stands for: members are called by what they are, whatever names a Proxy has itself.
+    def reach(self, name: str) -> Future:
+        """Return the future of the RemoteObject that such a proxy stands for. It has no time limit.
 
-        Raises: RuntimeError: As for `remote`.
+        It fails with a RuntimeError if there is no such service, or the client gives no answer of use.
         """
         entry = self._directory.find(name)
         if entry is None or entry.owner is None:
-            raise RuntimeError(f"Cannot find service '{name}' in index")
-        if entry.meta is None:
-            entry.meta = _ask_meta(entry.owner, entry.number)
-        return RemoteObject(entry.owner, entry.number, MAIN_OBJECT, entry.meta)
+            return failed(f"Cannot find service '{name}' in index")
+        return entry.reach()
 
     # --- on the reactor's thread
 
@@ -342,28 +339,6 @@ def _listen(host: str, port: int) -> socket.socket:
         listener.close()
         raise
     return listener
-
-
-def _ask_meta(connection: Connection, service: int) -> MetaObject:
-    """Ask a client what its service offers.
-
-    Raises: RuntimeError: It does not answer, or nothing of use.
-    """
-    over = threading.Event()
-    answer: list[Any] = []
-
-    def done(kind: int, _flags: int, payload: Any) -> None:
-        answer.extend((kind, payload))
-        over.set()
-
-    connection.start_call(service, MAIN_OBJECT, META_OBJECT, encode("I", 0), 0, done)
-    with blocking():
-        if not over.wait(_ASK_S):
-            raise RuntimeError(f"service #{service} does not describe itself within {_ASK_S:g} s")
-    kind, payload = answer
-    if kind != REPLY:
-        raise RuntimeError(payload if kind == LOST else f"service #{service} does not describe itself")
-    return MetaObject.from_value(decode(METAOBJECT, payload))
 
 
 def _turn() -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import struct
 import threading
 
 import pytest
+from naoqi_bytes import CALL, Message, RawPeer, text
 from naoqi_clients import with_both_clients
 
 from pepper_sim.naoqi import client_services
@@ -49,7 +51,6 @@ def clients(alarm):
     clients = ClientServices(server, alarm)
     clients.remember_own()
     yield clients
-    clients.close()
     server.close()
 
 
@@ -87,10 +88,10 @@ def test_a_post_waits_for_nobody(clients, ears, wait_until):
 
 
 def test_what_cannot_be_called_is_an_error(clients, ears, wait_until):
-    for name, method, text in (("Else", "take", "Cannot find service"), ("Ears", "smell", "has no method 'smell'")):
-        with pytest.raises(RuntimeError, match=text):
+    for name, method, refusal in (("Else", "take", "Cannot find service"), ("Ears", "smell", "has no method 'smell'")):
+        with pytest.raises(RuntimeError, match=refusal):
             clients.call(name, method).result(30)
-        with pytest.raises(RuntimeError, match=text):
+        with pytest.raises(RuntimeError, match=refusal):
             clients.post(name, method)
     with pytest.raises(RuntimeError, match="no"):
         clients.call("Ears", "fail").result(30)
@@ -150,3 +151,39 @@ def test_what_is_no_method_of_the_service_is_refused(clients, odd, name):
                 clients.post("Odd", name, *arguments)
             with pytest.raises(RuntimeError, match=f"has no method '{name}'"):
                 clients.start("Odd", name, *arguments)
+
+
+@pytest.fixture
+def stopped(clients):
+    """A client that has registered the service "Stopped" and answers nothing, as one after SIGSTOP."""
+    host, port = clients.url.removeprefix("tcp://").split(":")
+    with RawPeer((host, int(port))) as peer:
+        peer.log_in()
+        listed = struct.pack("<I", 1) + text("tcp://127.0.0.1:1")
+        info = text("Stopped") + bytes(4) + text("machine") + struct.pack("<I", 1) + listed + text("session") + text("")
+        peer.answer(Message(CALL, 1, 1, 104, peer.answer(Message(CALL, 1, 1, 102, info)).payload))
+        yield peer
+
+
+def test_a_client_that_is_stopped_delays_no_other_ones_first_call(clients, stopped, ears, monkeypatch):
+    monkeypatch.setattr(client_services, "CALL_TIMEOUT", 3.0)
+    hanging = [clients.call("Stopped", "take", number) for number in range(20)]
+    assert clients.call("Ears", "take", 0).result(30) == 1
+    assert not any(call.done() for call in hanging), "it waited for them"
+    asked = stopped.next(CALL)
+    for call in hanging:
+        with pytest.raises(TimeoutError, match="'Stopped' has not answered"):
+            call.result(30)
+    stopped.send(Message(CALL, 1, 1, 108, identity=77))
+    assert (asked.action, stopped.receive().identity) == (2, 77), "it was asked once, and called by nobody"
+
+
+def test_calls_that_waited_for_the_client_arrive_in_their_order(clients, qi, wait_until):
+    """The client is asked what its service is like by the first of them."""
+    ears, session = _Ears(), qi.Session()
+    session.connect(clients.url)
+    session.registerService("Ears", ears)
+    calls = [clients.call("Ears", "take", number) for number in range(100)]
+    assert [call.result(30) for call in calls] == list(range(1, 101))
+    assert ears.received == [(number,) for number in range(100)]
+    session.close()

@@ -1,8 +1,11 @@
 """ALDialog over the wire: the effect is what the robot says and what ALMemory holds."""
 
+import threading
 import time
 
 import pytest
+
+from pepper_sim.naoqi import client_services
 
 GREETING = """topic: ~greeting()
 language: enu
@@ -158,6 +161,30 @@ def test_rules_ask_and_change_what_is_known(naoqi, dialog, said):
         dialog.forceInput(text)
         said(answer)
     naoqi.ALKnowledge.resetKnowledge("com.aldebaran.learning")
+
+
+def test_a_service_that_does_not_answer_is_passed_over(naoqi, dialog, said, connect, monkeypatch):
+    waiting = threading.Event()
+
+    class Hanging:
+        def findOutput(self, language, text):
+            waiting.wait(30)
+
+    class Fallback:
+        def findOutput(self, language, text):
+            return "here I am"
+
+    monkeypatch.setattr(client_services, "CALL_TIMEOUT", 0.3)
+    client = connect()
+    client.registerService("Hanging", Hanging())
+    client.registerService("Parrot", Fallback())
+    for service in ("Hanging", "Parrot"):
+        dialog.addFallback("English", service)
+    dialog.forceInput("polly")
+    waiting.set()
+    for service in ("Hanging", "Parrot"):
+        dialog.removeFallback("English", service)
+    said("here I am")
 
 
 def test_a_service_answers_what_no_rule_understands(naoqi, dialog, said):

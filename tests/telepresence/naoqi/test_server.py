@@ -485,6 +485,32 @@ def test_a_service_of_a_client_that_does_not_listen(robot: Robot) -> None:
     other.close()
 
 
+def test_a_client_is_asked_once_what_its_service_offers(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many want to know; each of them waits as long as it likes, and an answer that comes late still counts."""
+    monkeypatch.setattr(server_module, "_ASK_S", 0.05)
+    with robot.peer() as owner, robot.peer() as other:
+        number = register(owner, "Silent").payload
+        owner.answer(Message(CALL, 1, 1, 104, number))
+        waiting = [robot.server.reach("Silent") for _ in range(5)]
+        with pytest.raises(RuntimeError, match=r"service 'Silent' does not describe itself within 0\.05 s"):
+            robot.server.remote("Silent")
+        asked = owner.next(CALL)
+        assert (asked.service, asked.action) == (struct.unpack("<I", number)[0], 2)
+        described = other.answer(Message(CALL, 2, 1, 2, bytes(4))).payload
+        owner.send(Message(REPLY, asked.service, 1, 2, described, identity=asked.identity))
+        assert {one.value(MS) for one in waiting} == {robot.server.reach("Silent").value(MS)}
+        owner.answer(Message(CALL, 1, 1, 103, number))
+        number = register(owner, "Silent").payload
+        owner.answer(Message(CALL, 1, 1, 104, number))
+        refused = robot.server.reach("Silent")
+        owner.send(Message(ERROR, 0, 0, 0, dynamic("s", text("no")), identity=owner.next(CALL).identity))
+        assert "does not describe itself" in refused.error(MS)
+        given_up = robot.server.reach("Silent")
+        owner.next(CALL)
+        owner.answer(Message(CALL, 1, 1, 103, number))
+        assert given_up.error(MS) == "service 'Silent' is gone"
+
+
 # --- references
 
 
