@@ -11,6 +11,7 @@ import logging
 import os
 import threading
 import time
+import weakref
 from typing import Any
 
 from pepper_sim.naoqi.service import Service, remote, within
@@ -25,22 +26,23 @@ _LOGGER = "pepper_sim"
 
 
 class _Listener:
-    """What getListener returns is its `served`, whose signals fire with every message up to a level.
-
-    Filters are ignored: every category is sent.
-    """
+    """Its signals fire with every message up to a level. Filters are ignored: every category is sent."""
 
     def __init__(self) -> None:
         self._level = _INFO
         self._message = Signal(f"({_MESSAGE})")
         self._messages = Signal(f"([{_MESSAGE}])")
-        self.served = ServedObject()
-        self.served.add_method("setLevel", "v", "(i)", self._set_level)
-        self.served.add_method("setVerbosity", "v", "(m)", self._set_level)
-        self.served.add_method("addFilter", "v", "(si)", lambda category, level: None)
-        self.served.add_method("clearFilters", "v", "()", lambda: None)
-        self.served.add_signal("onLogMessage", self._message)
-        self.served.add_signal("onLogMessages", self._messages)
+
+    def served(self) -> ServedObject:
+        """Return what getListener returns. It holds the listener, and nothing holds it but those who use it."""
+        served = ServedObject()
+        served.add_method("setLevel", "v", "(i)", self._set_level)
+        served.add_method("setVerbosity", "v", "(m)", self._set_level)
+        served.add_method("addFilter", "v", "(si)", lambda category, level: None)
+        served.add_method("clearFilters", "v", "()", lambda: None)
+        served.add_signal("onLogMessage", self._message)
+        served.add_signal("onLogMessages", self._messages)
+        return served
 
     def report(self, message: tuple) -> None:
         if message[1] <= self._level:
@@ -73,7 +75,7 @@ class LogManager(Service):
     name = "LogManager"
 
     def __init__(self) -> None:
-        self._listeners: list[_Listener] = []
+        self._listeners: weakref.WeakSet[_Listener] = weakref.WeakSet()
         self._providers = itertools.count(1)
         self._numbers = itertools.count(1)
         self._lock = threading.Lock()
@@ -100,8 +102,8 @@ class LogManager(Service):
         """Returns an object with the signal onLogMessage."""
         listener = _Listener()
         with self._lock:
-            self._listeners = [*self._listeners[-99:], listener]
-        return listener.served
+            self._listeners.add(listener)
+        return listener.served()
 
     @remote("o()")
     def createListener(self) -> Any:

@@ -69,9 +69,9 @@ class References:
             self.hosted[service, number] = served
             return number
 
-    def terminate(self, service: int, number: int) -> None:
-        """The peer has released an object. Main objects are not concerned."""
-        self.hosted.pop((service, number), None)
+    def terminate(self, service: int, number: int) -> bool:
+        """The peer has released an object; return whether it held it. Main objects are not concerned."""
+        return self.hosted.pop((service, number), None) is not None
 
     def drop_service(self, service: int) -> None:
         """A service has gone, and with it the objects that it gave away."""

@@ -162,7 +162,8 @@ class ServedObject:
             if header.kind == CALL:
                 connection.reply(header, self.encoded_meta())
         elif action == TERMINATE:
-            connection.references.terminate(header.service, header.object)
+            if connection.references.terminate(header.service, header.object):
+                self.forget(connection, header.object)
             if header.kind == CALL:
                 connection.reply(header, [])
         elif action in self._signals and header.kind == POST:
@@ -241,9 +242,15 @@ class ServedObject:
         with self._lock:
             if self._links.get(uid, {}).pop((connection, header.object, link), None) is None:
                 raise WireError(f"Unregister request failed for {link} {header.object}")
-            connection.subscribed[self] -= 1
-            if not connection.subscribed[self]:
-                del connection.subscribed[self]
+            self._count_down(connection, 1)
+
+    def _count_down(self, connection: Connection, links: int) -> None:
+        """A connection has so many links less. The lock is held."""
+        left = connection.subscribed.get(self, 0) - links
+        if left > 0:
+            connection.subscribed[self] = left
+        else:
+            connection.subscribed.pop(self, None)
 
     def _settle(self, connection: Connection, header: Header, uid: int, link: int) -> None:
         """Follow the signal if anybody does, and answer."""
@@ -266,16 +273,20 @@ class ServedObject:
         else:
             signal.disconnect(own)
 
-    def forget(self, connection: Connection) -> None:
-        """A connection has ended: drop its links. On any thread."""
+    def forget(self, connection: Connection, number: int | None = None) -> None:
+        """A connection has ended, or its peer has released the object with this number: drop its links.
+
+        On any thread.
+        """
         touched = []
         with self._lock:
             for uid, links in self._links.items():
-                gone = [key for key in links if key[0] is connection]
+                gone = [key for key in links if key[0] is connection and number in (None, key[1])]
                 for key in gone:
                     del links[key]
                 if gone:
                     touched.append(uid)
+                    self._count_down(connection, len(gone))
         for uid in touched:
             self._changes.submit(self._follow, uid)
 

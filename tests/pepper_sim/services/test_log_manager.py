@@ -22,6 +22,31 @@ def test_log_messages_reach_the_listeners(naoqi, wait_until):
     assert messages[1]["message"] == "reported"
 
 
+def test_listeners_last_as_long_as_somebody_uses_them(naoqi, simulation, connect, wait_until):
+    service = next(s for s in simulation.server.catalogue.services if s.name == "LogManager")
+    before, messages = len(service._listeners), []
+    listener = naoqi.LogManager.getListener()
+    listener.onLogMessage.connect(messages.append)
+    client = connect()
+    others = [client.service("LogManager").getListener() for _ in range(120)]
+    for other in others[:10]:
+        other.onLogMessage.connect(lambda message: None)
+    assert len(service._listeners) == before + 121
+    logging.getLogger("pepper_sim.test").warning("still heard")
+    wait_until(lambda: messages, "the oldest listener is told")
+
+    def left():
+        return len(service._listeners) - before
+
+    del other, others
+    wait_until(lambda: left() == 1, "those that were given back are gone, subscribed or not")
+    kept = [client.service("LogManager").getListener() for _ in range(20)]
+    kept[0].onLogMessage.connect(lambda message: None)
+    assert left() == 21
+    client.close()
+    wait_until(lambda: left() == 1, "those of a client that has gone are gone, too")
+
+
 def test_what_alloggers_clients_write_is_in_the_log_and_in_a_file(naoqi, simulation, wait_until):
     messages = []
     listener = naoqi.LogManager.getListener()

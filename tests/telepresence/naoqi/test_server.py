@@ -545,3 +545,27 @@ def test_an_object_that_was_passed_lives_until_it_is_released(robot: Robot, peer
     assert peer.answer(Message(CALL, service, number, 2, bytes(4))).kind == ERROR
     with robot.peer() as stranger:
         assert stranger.answer(Message(CALL, service, number, 2, bytes(4))).kind == ERROR
+
+
+def test_subscriptions_to_an_object_that_was_passed_end_with_it() -> None:
+    """Its own only: not those of another peer, nor of the same peer to the same object under another number."""
+    teller, giver, told, subscribe = ServedObject(), ServedObject(), Signal("(s)"), struct.Struct("<IIQ")
+    teller.add_signal("told", told)
+    giver.add_method("give", "o", "()", lambda: teller)
+    with Robot() as robot, robot.peer() as peer, robot.peer() as other:
+        assert robot.server.register("Giver", giver) == 3
+        given = []
+        for one in (peer, peer, other):
+            reference = one.answer(Message(CALL, 3, 1, 100)).payload
+            service, number = struct.unpack_from("<II", reference, len(reference) - 28)
+            one.answer(Message(CALL, service, number, 0, subscribe.pack(number, 100, 1)))
+            given.append((service, number))
+        (connection,) = [c for c in robot.server._connections if c.peer.endswith(f":{peer.socket.getsockname()[1]}")]
+        assert connection.subscribed == {teller: 2}
+        service, number = given[0]
+        peer.answer(Message(CALL, service, number, 3, struct.pack("<I", service)))
+        assert connection.subscribed == {teller: 1}
+        told("hello")
+        for one, (service, number) in ((peer, given[1]), (other, given[2])):
+            event = one.next(EVENT)
+            assert (event.service, event.object, event.payload) == (service, number, text("hello"))
