@@ -1,14 +1,15 @@
 """ALVideoDevice: the cameras.
 
-A client subscribes to a camera with a size, a colour space and a rate, and then requests pictures:
+A client subscribes to a camera with a size, a colour space and a rate, and gets a handle: its name and "_0", or the
+next number that is free. With the handle it requests pictures:
 
     getImageRemote -> [width, height, layers, colour space, seconds, microseconds, pixels (raw), camera,
                        left, top, right, bottom angle [rad]]
 
 Each call waits for a picture that this subscriber has not received yet, at most about a period; the time stamp is the
 time at which it was taken. A client that dies leaves its subscription behind, as on the robot; it ends after five
-minutes without a call. Source: NAOqi 2.8 documentation, alvideodevice; order and types of the container as
-ros-naoqi/naoqi_driver checks them.
+minutes without a call. Sources: NAOqi 2.8 documentation, alvideodevice; order and types of the container as
+ros-naoqi/naoqi_driver checks them; handles as a Pepper lists them in aldebaran/libqi, issue 19.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ MAX_WAITING = 64
 MAX_SERVED = 64
 """Subscriptions whose calls are served at once, with a thread each; others wait for their turn."""
 MAX_INSTANCES = 6
-"""Subscriptions that may share a name; the next one is refused."""
+"""Subscriptions that may share a name; the next one is refused (the same issue)."""
 FORGET_AFTER = 300.0
 """A subscription that is not used for this long [s] ends."""
 _CLEANUP_PERIOD = 1.0
@@ -293,8 +294,8 @@ class ALVideoDevice(Module):
             return ""
         views = [CameraView(self.settings.cameras[index], resolution, space) for index, resolution, space in wanted]
         with self._lock:
-            for number in range(1, MAX_INSTANCES + 1):
-                handle = name if number == 1 else f"{name}_{number}"
+            for number in range(MAX_INSTANCES):
+                handle = f"{name}_{number}"
                 if handle not in self._subscriptions:
                     self._subscriptions[handle] = _Subscription(
                         name, views, min(fps, min(e.camera.max_fps for e in views))

@@ -29,9 +29,7 @@ class Video:
         self.asked.append((name, camera, resolution, space, rate))
         if len(self.subscribers) >= 3:
             return ""
-        handle, number = name, 2
-        while handle in self.subscribers:
-            handle, number = f"{name}_{number}", number + 1
+        handle = next(handle for n in range(3) if (handle := f"{name}_{n}") not in self.subscribers)
         self.subscribers.append(handle)
         return handle
 
@@ -94,10 +92,10 @@ def test_a_picture_is_delivered_once(link, video):
 
 
 def test_leftovers_of_our_name_are_removed_and_others_stay(link, video):
-    video.subscribers[:] = ["front", "front_2", "front_door"]
+    video.subscribers[:] = ["front", "front_0", "front_2", "front_door", "front_door_0"]
     camera = Camera(link, "front", 0, 1, BGR, 15)
     camera.grab()
-    assert video.subscribers == ["front_door", "front"]
+    assert video.subscribers == ["front_door", "front_door_0", "front_0"]
 
 
 def test_no_handle_is_an_error_that_explains(link, video):
@@ -124,7 +122,7 @@ def test_subscribes_again_after_a_new_link(naoqi, video, make_connection, wait_u
         video.stamp += 1
         assert camera.grab() is not None
     assert len(video.asked) == 2
-    assert video.subscribers == ["front"]
+    assert video.subscribers == ["front_0"]
 
 
 def test_wrong_settings_are_refused_at_once(link):

@@ -1,9 +1,10 @@
 """Pictures of one robot camera.
 
 Wire (NAOqi 2.8 documentation, ALVideoDevice): `subscribeCamera(name, camera, resolution, colour space, frames/s)`
-returns a handle, "" when too many are open; `getImageRemote(handle)` returns None or [width, height, layers, colour
-space, seconds, microseconds, pixels, camera, left, top, right, bottom angle (rad)], at the latest after one frame
-period; `unsubscribe(handle)`. Pictures are pulled one at a time, so none can queue up on the way.
+returns a handle, the name with "_0" or another number behind it, "" when too many are open; `getImageRemote(handle)`
+returns None or [width, height, layers, colour space, seconds, microseconds, pixels, camera, left, top, right, bottom
+angle (rad)], at the latest after one frame period; `unsubscribe(handle)`. Pictures are pulled one at a time, so none
+can queue up on the way.
 """
 
 from __future__ import annotations
@@ -152,7 +153,7 @@ class Camera:
         link = self._connection.connections
         subscribers = sequence(self._connection.call("ALVideoDevice", "getSubscribers"), "getSubscribers")
         for subscriber in subscribers[:MOST_SUBSCRIBERS]:
-            # The robot appends _2, _3 ... to a name that is in use.
+            # The robot appends _0, _1, ... to the name.
             stem, mark, number = str(subscriber).rpartition("_") if isinstance(subscriber, str) else ("", "", "")
             if subscriber == self._name or (mark and number.isdigit() and stem == self._name):
                 log.info("removing the camera subscription %s that an earlier program left", subscriber)
