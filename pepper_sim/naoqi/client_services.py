@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from pepper_sim.naoqi.service import Service
+from pepper_sim.naoqi.service import Service, chosen
 from pepper_sim.naoqi.tasks import Alarm
 from telepresence.naoqi.future import Future
 from telepresence.naoqi.metaobject import FIRST_OWN_ID, MetaMethod, NoSuchMethod, choose_overload
@@ -108,14 +108,9 @@ class ClientServices:
         return done
 
     def _start_own(self, name: str, method: str, arguments: tuple) -> concurrent.futures.Future:
-        overloads = [
-            binding
-            for binding in self._offered[name].bindings()
-            if binding.name == method and len(binding.arguments) == len(arguments)
-        ]
-        if not overloads:
+        binding = chosen(self._offered[name].bindings(), method, arguments)
+        if binding is None:
             raise _no_method(name, method)
-        binding = next((overload for overload in overloads if overload.takes(*arguments)), overloads[0])
         result = binding(*arguments)
         if isinstance(result, concurrent.futures.Future):
             return result

@@ -6,10 +6,18 @@ import concurrent.futures
 from collections.abc import Callable
 from typing import Any
 
-from pepper_sim.naoqi.service import Binding, Service
+from pepper_sim.naoqi.posted_calls import PostedCalls
+from pepper_sim.naoqi.service import Binding, Module, Service
 from telepresence.naoqi.future import Promise
 from telepresence.naoqi.served_object import ServedObject
 from telepresence.naoqi.signals import Property
+
+_INHERITED = {
+    **{"exit()": 100, "__pCall(I[m])": 101, "pCall(m)": 102, "version()": 103, "ping()": 104, "getMethodList()": 105},
+    **{"getMethodHelp(s)": 106, "getModuleHelp()": 107, "wait(ii)": 108, "wait(i)": 109, "isRunning(i)": 110},
+    **{"stop(i)": 111, "getBrokerName()": 112, "getUsage(s)": 113},
+}
+"""Numbers of what every ALModule inherits; its own follow (lugu/qiloop, examples/naov6/services.idl)."""
 
 
 def served_object(service: Service) -> ServedObject:
@@ -18,17 +26,27 @@ def served_object(service: Service) -> ServedObject:
     Several calls may run at once, so that stopMove does not wait for moveTo.
     """
     served = ServedObject(parallel=True, strict=False)
-    for binding in service.bindings():
-        served.add_method(
+    numbers = _INHERITED if isinstance(service, Module) else {}
+    methods: dict[int, Binding] = {}
+    for binding in sorted(service.bindings(), key=lambda binding: _written(binding) not in numbers):
+        number = served.add_method(
             *(binding.name, binding.returns, binding.parameters, _answer(binding), binding.description),
+            uid=numbers.get(_written(binding)),
             quick=binding.quick,
         )
+        methods[number] = binding
+    if isinstance(service, Module):
+        service.posted = PostedCalls(methods)
     for name, signal in service.signals().items():
         if isinstance(signal, Property):
             served.add_property(name, signal)
         else:
             served.add_signal(name, signal)
     return served
+
+
+def _written(binding: Binding) -> str:
+    return f"{binding.name}{binding.parameters}"
 
 
 def _answer(binding: Binding) -> Callable[..., Any]:

@@ -18,13 +18,16 @@ import concurrent.futures
 import inspect
 import logging
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar, cast
 
 from telepresence.naoqi.incoming_call import NotNow
 from telepresence.naoqi.signals import Property, Signal
 from telepresence.naoqi.signature import split
+
+if TYPE_CHECKING:
+    from pepper_sim.naoqi.posted_calls import PostedCalls
 
 log = logging.getLogger(__name__)
 
@@ -142,6 +145,12 @@ class Binding:
         return ServiceError(self.error_form.format(place=place, reason=reason))
 
 
+def chosen(bindings: Iterable[Binding], name: str, arguments: Sequence[Any]) -> Binding | None:
+    """Return the overload of `name` that takes the arguments, else one that takes as many, None without one."""
+    fitting = [binding for binding in bindings if binding.name == name and len(binding.arguments) == len(arguments)]
+    return next((binding for binding in fitting if binding.takes(*arguments)), fitting[0] if fitting else None)
+
+
 class Service:
     """Base of all services. A large one is made of several objects: see `parts`.
 
@@ -179,27 +188,45 @@ class Service:
 
 
 class Module(Service):
-    """A service of the older kind, with the methods every ALModule inherits (NAOqi documentation 2.8, ALModule)."""
+    """A service of the older kind, with the methods every ALModule inherits (NAOqi documentation 2.8, ALModule).
+
+    Attributes:
+        posted: The calls that `pCall` has started; set when the service is published.
+    """
+
+    posted: PostedCalls
+
+    @remote("m(m)")
+    def pCall(self, call: Any) -> int:
+        """Starts a call, [method, argument, ...], and returns its number for wait, isRunning and stop."""
+        return self.posted.post(call)
+
+    @remote("i(I[m])", name="__pCall")
+    def pCallByNumber(self, method: int, arguments: list) -> int:
+        """The same, with the method's number instead of its name."""
+        return self.posted.post_by_number(method, arguments)
 
     error_form = "\t{place}\n\t{reason}"  # as ALError writes it: ros-naoqi/naoqi_driver, issue 107
 
     @remote("b(i)")
     def isRunning(self, identity: int) -> bool:
-        """Whether a call started with `post` still runs. Calls over qi have no such number: false."""
-        return False
+        """Whether a call started with `pCall` still runs."""
+        return self.posted.is_running(identity)
 
     @remote("b(ii)")
-    def wait(self, identity: int, timeout: int) -> bool:
-        """Waits for a call started with `post`; there is none, so it is over already (false: no time-out)."""
-        return False
+    def wait(self, identity: int, timeout: int) -> concurrent.futures.Future:
+        """Waits for a call started with `pCall`; true if the timeout [ms] is over first. 0: without one."""
+        return self.posted.wait(identity, timeout / 1000.0)
 
     @remote("v(i)", name="wait")
-    def wait_for_its_end(self, identity: int) -> None:
-        """Waits without a time-out for a call started with `post`; there is none."""
+    def wait_for_its_end(self, identity: int) -> concurrent.futures.Future:
+        """Waits without a time-out for a call started with `pCall`."""
+        return self.posted.wait(identity)
 
     @remote("v(i)")
     def stop(self, identity: int) -> None:
-        """Stops a call started with `post`."""
+        """Stops a call started with `pCall`."""
+        self.posted.stop(identity)
 
     @remote("v()")
     def exit(self) -> None:

@@ -7,8 +7,9 @@ import time
 import pytest
 from naoqi_clients import with_both_clients
 
+from pepper_sim.naoqi import posted_calls
 from pepper_sim.naoqi.publish import served_object
-from pepper_sim.naoqi.service import Service, ServiceError, remote
+from pepper_sim.naoqi.service import Module, Service, ServiceError, remote
 from telepresence.naoqi.server import Server
 from telepresence.naoqi.signals import Signal
 
@@ -116,3 +117,93 @@ def test_finished_calls_are_forgotten(slow):
             return
         deadline.wait(0.02)
     pytest.fail("the future is still alive")
+
+
+class _Walker(Module):
+    """Walks until the test lets it arrive, or somebody stops it."""
+
+    name = "Walker"
+
+    def __init__(self):
+        self.walks: list[concurrent.futures.Future] = []
+
+    @remote("v(i)", "v(s)")
+    def walk(self, where: object) -> concurrent.futures.Future:
+        self.walks.append(concurrent.futures.Future())
+        return self.walks[-1]
+
+    @remote("v()")
+    def halt(self) -> None:
+        """Fails."""
+        raise ServiceError("it cannot")
+
+
+@pytest.fixture
+def walker(qi):
+    service = _Walker()
+    with Server("tcp://127.0.0.1:0") as server:
+        server.register("Walker", served_object(service))
+        client = qi.Session()
+        client.connect(server.endpoints[-1])
+        yield service, client.service("Walker")
+        client.close()
+
+
+def test_a_posted_call_runs_while_its_caller_goes_on(walker, wait_until):
+    service, client = walker
+    numbers = [client.pCall(["walk", 1]), client.pCall(["walk", "home"])]
+    assert len(set(numbers)) == 2 and [client.isRunning(number) for number in numbers] == [True, True]
+    assert client.wait(numbers[0], 20) is True, "the time-out comes first"
+    waiting = [client.wait(numbers[0], 30_000, _async=True), client.wait(numbers[0], _async=True)]
+    assert all(call.isRunning() for call in waiting)
+    service.walks[0].set_result(None)
+    assert [call.value(30_000) for call in waiting] == [False, None]
+    assert [client.isRunning(number) for number in numbers] == [False, True]
+    assert client.wait(numbers[0], 20) is False and client.wait(numbers[0]) is None
+    client.stop(numbers[1])
+    assert service.walks[1].cancelled() and not client.isRunning(numbers[1])
+    client.stop(numbers[1])
+
+
+def test_a_wait_that_is_cancelled_leaves_the_call_alone(walker, wait_until):
+    service, client = walker
+    number = client.pCall(["walk", 1])
+    waiting = client.wait(number, 0, _async=True)
+    waiting.cancel()
+    wait_until(lambda: not waiting.isRunning(), "the wait ended")
+    assert client.isRunning(number) and not service.walks[0].cancelled()
+
+
+def test_a_posted_call_that_fails_is_over(walker, wait_until):
+    service, client = walker
+    assert client.isRunning(client.pCall(["halt"])) is False
+    number = client.pCall(["walk", 1])
+    service.walks[0].set_exception(ServiceError("there is a wall"))
+    wait_until(lambda: not client.isRunning(number), "it is over")
+
+
+def test_what_cannot_be_posted_is_refused(walker, refused, monkeypatch):
+    _, client = walker
+    for call in ("halt", [], [3], ["fly"], ["walk"], ["walk", 1, 2], ["pCall", ["halt"]]):
+        assert "there is no method" in (said := refused(client.pCall, call)) or "is a list of" in said
+    assert "there is no method 7" in refused(client.call, "__pCall", 7, [])
+    monkeypatch.setattr(posted_calls, "MOST", 2)
+    numbers = [client.pCall(["walk", 1]) for _ in range(2)]
+    assert "2 posted calls are running already" in refused(client.pCall, ["walk", 1])
+    client.stop(numbers[0])
+    assert client.pCall(["walk", 1])
+
+
+def test_modules_number_what_they_inherit_as_robots_do(walker):
+    """A method is posted by the number under which the metaobject lists it."""
+    _, client = walker
+    methods = {(m["name"], m["parametersSignature"]): m for m in client.metaObject()["methods"].values()}
+    assert {key: methods[key]["uid"] for key in (("exit", "()"), ("pCall", "(m)"), ("getUsage", "(s)"))} == {
+        ("exit", "()"): 100,
+        ("pCall", "(m)"): 102,
+        ("getUsage", "(s)"): 113,
+    }
+    assert (methods["__pCall", "(I[m])"]["uid"], methods["__pCall", "(I[m])"]["returnSignature"]) == (101, "i")
+    walk = methods["walk", "(i)"]["uid"]
+    assert walk >= 114
+    assert client.isRunning(client.call("__pCall", walk, [1])) is True
