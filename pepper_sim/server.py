@@ -8,6 +8,7 @@ no authentication, as on NAOqi 2.5: whoever reaches the port can drive the robot
 from __future__ import annotations
 
 import contextlib
+from dataclasses import replace
 
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.catalogue import Catalogue
@@ -21,6 +22,10 @@ from telepresence.naoqi.server import Server
 DEFAULT_URL = "tcp://127.0.0.1:9559"
 MAX_MESSAGE = 32 * 1024 * 1024
 """A longer message ends its connection [bytes]."""
+
+RELEASE = replace(RELEASES["2.5"], capabilities={**RELEASES["2.5"].capabilities, "RelativeEndpointURI": True})
+"""What ALSystem.systemVersion() says it is, on the wire too, but for one capability of later robots: with it the
+vendor's client stays on its connection, also behind a port forward, where the listed address leads nowhere."""
 
 
 class CannotListen(OSError):
@@ -49,7 +54,7 @@ class NaoqiServer:
         disk: RobotDisk | None = None,
     ) -> None:
         with contextlib.ExitStack() as opened:
-            self._server = Server(url, release=RELEASES["2.8"], limits=Limits(payload=MAX_MESSAGE))
+            self._server = Server(url, release=RELEASE, limits=Limits(payload=MAX_MESSAGE))
             opened.callback(self._server.close)
             self.catalogue = Catalogue(robot, self._server, tablet, seed, disk)
             opened.callback(self.catalogue.close)

@@ -1,6 +1,7 @@
 """What the releases of NAOqi do differently on the wire. A client finds out by asking; this is for playing one.
 
-Source: the tags of libqi that went into them, see docs; there is no version number in the protocol.
+Sources: the tags of libqi that went into them, see docs, and for 2.8 the types that a NAO V6 lists (lugu/qiloop,
+examples/naov6/services.idl). There is no version number in the protocol.
 """
 
 from __future__ import annotations
@@ -54,8 +55,10 @@ RELEASES = {
     for release in (
         Release("2.1", _OLDEST, _SIX_FIELDS, authentication=False),
         Release("2.5", {**_OLDEST, "RemoteCancelableCalls": True}, _SIX_FIELDS),
-        Release("2.8", {**_LATER, "RelativeEndpointURI": True}, _SEVEN_FIELDS),
+        Release("2.8", _LATER, _SIX_FIELDS),
         Release("2.9", {**_LATER, "RelativeEndpointURI": True}, _SEVEN_FIELDS, default_tls=True),
+        Release("libqi 4", {**_LATER, "RelativeEndpointURI": True}, _SEVEN_FIELDS),
     )
 }
-"""Version -> release: 2.1 (2014), 2.5 (2016), 2.8 as libqi 4 plays it, 2.9 (TLS and login)."""
+"""Version -> release: 2.1 (2014), 2.5 (2016), 2.8 (2018), 2.9 (TLS and login), and what the vendor's package of today
+plays, which is no robot's."""

@@ -60,7 +60,7 @@ class Server:
         self,
         url: str = "tcp://127.0.0.1:0",
         *,
-        release: Release = RELEASES["2.8"],
+        release: Release = RELEASES["libqi 4"],
         login: Mapping[str, str] | None = None,
         tls: ssl.SSLContext | None = None,
         limits: Limits = Limits(),  # noqa: B008 -- frozen

@@ -72,7 +72,7 @@ def naoqi_server() -> Target:
     from telepresence.naoqi.signals import Property, Signal
     from telepresence.naoqi.signature import WireError
 
-    release = RELEASES["2.8"]
+    release = RELEASES["libqi 4"]
     server = Server("tcp://127.0.0.1:0", release=release)
     robot, part = ServedObject("a robot"), ServedObject("a part")
     part.add_method("name", "s", "()", lambda: "arm", uid=100)

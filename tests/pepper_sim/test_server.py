@@ -11,6 +11,8 @@ import threading
 import time
 
 import pytest
+from naoqi_clients import connected
+from naoqi_relay import Between
 
 from pepper_sim.server import CannotListen, NaoqiServer
 
@@ -50,6 +52,24 @@ def test_the_minimum_set_of_services_is_there(session):
     assert not {name for name in names if name.startswith("_")}, "nothing internal is listed"
     for name in MINIMUM:
         assert session.service(name).metaObject()["methods"]
+
+
+def test_services_are_listed_as_robots_of_this_version_list_them(naoqi, session):
+    """The layout of a robot with NAOqi 2.5 and of a NAO V6 with 2.8; libqi 4 adds an objectUid."""
+    fields = ["name", "serviceId", "machineId", "processId", "endpoints", "sessionId"]
+    assert naoqi.ALSystem.systemVersion().startswith("2.5")
+    methods = session.service("ServiceDirectory").metaObject()["methods"]
+    assert methods[100]["returnSignature"] == f"(sIsI[s]s)<ServiceInfo,{','.join(fields)}>"
+    assert methods[101]["returnSignature"] == f"[{methods[100]['returnSignature']}]"
+
+
+def test_a_client_behind_a_port_forward_stays_on_its_connection(qi, simulation):
+    """Of a container, for example: the addresses that the robot lists lead nowhere there."""
+    connections = simulation.server._server._connections
+    before, port = set(connections), int(simulation.url.rpartition(":")[2])
+    with Between(port) as relay, connected(qi, relay.url) as client:
+        assert client.service("ALMotion").ping() and client.service("ALMemory").ping()
+        assert len(connections - before) == 1
 
 
 def test_only_the_declared_methods_can_be_called(session):

@@ -1,4 +1,4 @@
-"""Both clients against robots of every release: our server playing 2.1, 2.5, 2.8 and 2.9, and libqi playing 2.5.
+"""Both clients against robots of every release: our server playing all of them and libqi 4, and libqi playing 2.5.
 
 What the vendor's client of today cannot do with an older robot stands in the test that shows it.
 """
@@ -19,7 +19,7 @@ from tls_front import make_certificate
 
 PATIENCE = 20.0
 MS = int(PATIENCE * 1000)
-RELEASES = ("2.1", "2.5", "2.8", "2.9")
+RELEASES = ("2.1", "2.5", "2.8", "2.9", "libqi 4")
 CLIENTS = [pytest.param(VENDOR, id="libqi", marks=pytest.mark.vendor), pytest.param(OURS, id="ours")]
 
 

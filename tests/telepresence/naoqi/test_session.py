@@ -571,7 +571,7 @@ def test_a_robot_that_asks_again(monkeypatch: pytest.MonkeyPatch) -> None:
     robot.close()
 
 
-@pytest.mark.parametrize("release", ["2.1", "2.5", "2.8"])
+@pytest.mark.parametrize("release", ["2.1", "2.5", "2.8", "libqi 4"])
 def test_robots_of_every_release(release: str) -> None:
     robot, session = Robot(release=ours.RELEASES[release]), ours.Session()
     session.connect(robot.url)
