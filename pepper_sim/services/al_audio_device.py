@@ -204,6 +204,18 @@ class ALAudioDevice(Module):
                 self._preferences.clear()
             self._preferences[name] = Preferences(sampleRate, channelsVector, bool(deinterleaved))
 
+    @remote("v(simii)", name="setClientPreferences")
+    def setClientPreferencesOfOlderPrograms(
+        self, name: str, sampleRate: int, channelsVector: Any, deinterleaved: int, timestamp: int
+    ) -> None:
+        """The older form: channels as a list, [1, 1, 1, 1] for all four or with a single 1; `timestamp` has no effect.
+
+        As a number the channels mean the same as in the other form. Time stamps are always sent.
+        """
+        if not isinstance(channelsVector, int):
+            channelsVector = _channel_of(channelsVector)
+        self.setClientPreferences(name, sampleRate, channelsVector, deinterleaved)
+
     @remote("v(s)")
     def setFileAsInput(self, fileName: str) -> None:
         """Reads the microphones from a WAV file, 48000 Hz, 16 bits, four channels; "" for the microphones again."""
@@ -314,3 +326,16 @@ class ALAudioDevice(Module):
             if playing or reported:
                 self.speakersPlaying(playing)
             reported = playing
+
+
+def _channel_of(flags: Any) -> int:
+    """Return the number for a list of flags, one for each microphone: 0 for all, 1 to 4 for one.
+
+    Raises: ServiceError: It is another list.
+    """
+    if isinstance(flags, list | tuple) and len(flags) == MICROPHONES and all(flag in (0, 1) for flag in flags):
+        if all(flags):
+            return 0
+        if sum(flags) == 1:
+            return flags.index(1) + 1
+    raise ServiceError(f"channelsVector must be [1, 1, 1, 1] or hold a single 1, like [0, 0, 1, 0]; got {shown(flags)}")

@@ -112,6 +112,42 @@ def test_one_channel_at_16_khz_and_a_declared_callback(qi, listen, wait_until):
     assert (channels, count, len(buffer)) == (1, 1365, 2730)
 
 
+@pytest.mark.parametrize(
+    ("preferences", "received"),
+    [
+        ((48000, [1, 1, 1, 1], 0, 0), (4, 4096)),
+        ((48000, 0, 0, 1), (4, 4096)),
+        ((16000, [0, 0, 1, 0], 0, 1), (1, 1365)),
+        ((16000, (True, False, False, False), 0, 0), (1, 1365)),
+    ],
+)
+def test_preferences_with_a_list_of_channels_and_a_timestamp(listen, wait_until, preferences, received):
+    """Five parameters, as in many programs that were published for Pepper and NAO."""
+    listener = listen(f"Flags{preferences[0]}", *preferences)
+    wait_until(lambda: listener.blocks, "a block arrives")
+    assert tuple(listener.blocks[0][:2]) == received
+
+
+def test_a_list_of_channels_chooses_the_microphone_that_has_the_one(audio, simulation):
+    device = next(s for s in simulation.server.catalogue.services if s.name == "ALAudioDevice")
+    for number in (1, 2, 3, 4):
+        audio.setClientPreferences("Chosen", 16000, [int(n == number) for n in (1, 2, 3, 4)], 0, 0)
+        assert device._preferences["Chosen"].channels == number
+
+
+@pytest.mark.parametrize(
+    "channels", [[], [1], [0, 0, 0, 0], [1, 1, 0, 0], [0, 2, 0, 0], [0, 0, 0, 0, 1], "left", None, [[1, 1, 1, 1]]]
+)
+def test_lists_of_other_channels_are_refused(audio, refused, channels):
+    for rate in (16000, 48000):
+        assert "channelsVector" in refused(audio.setClientPreferences, "x", rate, channels, 0, 0)
+
+
+def test_a_list_of_channels_that_the_rate_does_not_have_is_refused(audio, refused):
+    assert "channelsVector" in refused(audio.setClientPreferences, "x", 16000, [1, 1, 1, 1], 0, 0)
+    assert "channelsVector" in refused(audio.setClientPreferences, "x", 48000, [0, 1, 0, 0], 0, 0)
+
+
 def test_a_quiet_room_is_nearly_silent_and_sounds_in_it_are_heard(listen, wait_until, simulation):
     listener = listen("Room", 16000, 1, 0)
     wait_until(lambda: len(listener.blocks) > 1, "blocks arrive")
