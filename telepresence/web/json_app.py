@@ -86,14 +86,15 @@ def json_app(
         answer: Takes method, path and environ; may raise `Refusal`. For HEAD its body is left out.
         headers: Sent with every response.
         any_page: Serve pages of other web servers, too. Otherwise what they send from somebody's browser is refused
-            with 403 and has no effect; programs that are no browser notice nothing (see `telepresence.web.origin`).
+            with 403 and has no effect; programs that are no browser notice nothing, whatever they call this machine
+            (see `telepresence.web.origin`).
     """
     names = own_names()
 
     def app(environ: Environ, start_response: StartResponse) -> Iterable[bytes]:
         method = environ["REQUEST_METHOD"]
         try:
-            reason = None if any_page else foreign(environ, names)
+            reason = None if any_page else foreign(environ, names, programs=True)
             if reason:
                 raise Refusal(403, reason, (("Connection", "close"),))  # what is left of its body is nobody's
             response = answer(method, environ.get("PATH_INFO", "/"), environ)

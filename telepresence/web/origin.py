@@ -10,7 +10,10 @@ say where a request comes from, in headers that no script can set:
     Sec-Fetch-Site    with every request to this machine, pictures and frames included (Fetch Metadata; not from
                       browsers before 2020, nor over plain HTTP to other machines)
 
-Programs that are no browser send neither of the last two and are not affected.
+Programs that are no browser send neither of the last two. They do send the first: by what name they know this machine
+is up to those who run them, a container's name or an alias of their network, and does no harm, because nobody can lead
+them here by DNS rebinding. Where programs are served, `foreign` looks at the name only if the request may be a
+browser's (`may_be_a_browsers`).
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from typing import Any
 
 _OWN_SITE = (None, "same-origin", "none")
 """None: no browser, or an old one; "none": somebody typed the address."""
+_BROWSERS_HEADERS = ("HTTP_ACCEPT_LANGUAGE", "HTTP_ORIGIN", "HTTP_REFERER", "HTTP_COOKIE")
 
 
 @functools.lru_cache(maxsize=256)
@@ -46,16 +50,37 @@ def own_names() -> frozenset[str]:
     return frozenset({"localhost", socket.gethostname().lower()})
 
 
-def foreign(environ: Mapping[str, Any], names: frozenset[str], scheme: str = "http") -> str | None:
+def may_be_a_browsers(environ: Mapping[str, Any]) -> bool:
+    """Return whether a request has anything by which browsers are known; in doubt it has.
+
+    A page under a rebound name reads without Origin, and over plain HTTP without Sec-Fetch-Site, which browsers send to
+    trustworthy addresses only. It may leave out Referer and cookies, and Firefox lets it choose User-Agent.
+    Accept-Language it may change, but not remove: Chromium and Firefox add it to every request, whatever makes it. curl
+    and the HTTP clients of Python send none of these; those of Node and Qt send some, and need a name that is known.
+
+    Args:
+        environ: WSGI environment.
+    """
+    return (
+        any(name in environ for name in _BROWSERS_HEADERS)
+        or any(name.startswith("HTTP_SEC_") for name in environ)
+        or "mozilla" in environ.get("HTTP_USER_AGENT", "").lower()
+    )
+
+
+def foreign(
+    environ: Mapping[str, Any], names: frozenset[str], scheme: str = "http", *, programs: bool = False
+) -> str | None:
     """Return why a request counts as another page's, as a sentence for its sender; None when it does not.
 
     Args:
         environ: WSGI environment.
         names: See `is_own_name`.
         scheme: Of our own pages' addresses.
+        programs: Programs that are no browser may use any name for this machine.
     """
     host = environ.get("HTTP_HOST", "")
-    if not is_own_name(host, names):
+    if not is_own_name(host, names) and not (programs and not may_be_a_browsers(environ)):
         return f"This machine is not called {host[:80]!r}: use its IP address."
     origin = environ.get("HTTP_ORIGIN")
     if origin is not None and origin != f"{scheme}://{host}":

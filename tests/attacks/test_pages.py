@@ -392,12 +392,25 @@ def test_a_page_drives_the_robot(pilot, attacker, robot, wait_until):
     assert abs(after[0] - before[0]) < 0.005
 
 
+def test_a_program_calls_the_robot_by_another_name(robot, outputs):
+    """No attack: nobody can lead a program here by DNS rebinding."""
+    for host in ("robotino", f"lab.example:{robot.port}"):
+        assert robot.ask("/data/odometry", Host=host)[0] == 200
+        assert robot.ask("/data/odometry", Host=host, Origin=f"http://{host}")[0] == 403
+        assert robot.ask("/data/odometry", Host=host, **{"Accept-Language": ""})[0] == 403
+        body = json.dumps({"num": 0, "val": True}).encode()
+        assert robot.ask("/data/digitaloutput", "POST", body, Host=host, Referer=f"http://{host}/")[0] == 403
+    assert outputs() == OFF
+
+
 def test_a_page_commands_the_robot_under_another_name(pilot, robot, outputs):
     """DNS rebinding: for the browser the robot's server is the page's own."""
     pilot.open(f"http://rebound.example:{robot.port}/data/odometry")
     pilot.run(WAYS["fetch"].format(url="'/data/digitaloutput'", body="JSON.stringify({num: 0, val: true})"))
     assert outputs() == OFF
-    assert pilot.run("fetch('/data/odometry').then(answer => answer.ok)") is False
+    hidden = "headers: {'User-Agent': 'curl/8.0', 'Accept-Language': ''}, referrerPolicy: 'no-referrer'"
+    for options in ("{}", f"{{{hidden}}}", f"{{{hidden}, credentials: 'omit', cache: 'no-store'}}"):
+        assert pilot.run(f"fetch('/data/odometry', {options}).then(answer => answer.ok)") is False
 
 
 def test_a_page_looks_through_the_robots_camera(pilot, attacker, robot):
