@@ -127,7 +127,8 @@ class SimulatedPepper(SimulatedRobot):
             raise RuntimeError("the robot must enter a world before it can serve")
         disk = RobotDisk(self._disk) if self._disk is not None else None
         self.server = NaoqiServer(self.robot, f"tcp://{address}:{port}", self.tablet, self._seed, disk)
-        self.server.catalogue.clients.dials = self._dials
+        if self._dials:
+            self.server.catalogue.clients.dial()
         for package in self._packages:
             self.server.catalogue.packages.install(package)
         page_address, page_port = self._page

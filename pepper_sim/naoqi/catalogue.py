@@ -106,6 +106,7 @@ class Catalogue:
         with contextlib.ExitStack() as stack:
             closing: list[Any] = [
                 self.disk,
+                self.clients,
                 self._alarm,
                 self._watch,
                 self._workers,

@@ -1,8 +1,8 @@
 """Calls from the robot to services that clients registered: event callbacks, microphone buffers.
 
-They go over the connection that the client opened, so no client needs an address that the robot can reach. Before the
-first call to a service the client is asked what the service looks like. Calls wait for that on no thread, so a client
-that hangs delays nobody else's, and they arrive in their order.
+They go over the connection that the client opened, so no client needs an address that the robot can reach, unless the
+robot `dials`. Before the first call to a service the client is asked what the service looks like. Calls wait for that
+on no thread, so a client that hangs delays nobody else's, and they arrive in their order.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from pepper_sim.naoqi.dialled_services import DialledServices
 from pepper_sim.naoqi.service import Service, chosen
 from pepper_sim.naoqi.tasks import Alarm
 from telepresence.naoqi.future import Future
@@ -42,6 +43,7 @@ class ClientServices:
     """Services of clients, by name."""
 
     def __init__(self, server: Server, alarm: Alarm) -> None:
+        self._dialled: DialledServices | None = None
         self._server = server
         self._alarm = alarm
         self._own: frozenset[str] = frozenset()
@@ -55,6 +57,15 @@ class ClientServices:
         """Where a program on the robot's own machine connects."""
         urls = self._server.endpoints
         return next((url for url in urls if "//127." in url), urls[0])
+
+    @property
+    def dials(self) -> bool:
+        """Whether clients are called where they listen, and nowhere else."""
+        return self._dialled is not None
+
+    def dial(self) -> None:
+        """Call clients where they listen from now on, as an ordinary Pepper does; before a client comes."""
+        self._dialled = DialledServices(self._server, self.url)
 
     def names(self) -> list[str]:
         """List all services that are registered now, the robot's own included."""
@@ -75,7 +86,7 @@ class ClientServices:
     def call(self, name: str, method: str, *arguments: Any) -> concurrent.futures.Future:
         """Call `name`.`method`; the future holds the answer, or what went wrong (RuntimeError, TimeoutError)."""
         call = _Call(name, method, arguments, self._alarm.after(CALL_TIMEOUT))
-        reached = self._server.reach(name)
+        reached = self._reach(name)
         with self._lock:
             waiting = self._waiting.get(reached)
             first = waiting is None and not reached.isFinished()
@@ -127,9 +138,22 @@ class ClientServices:
         chosen = _chosen(remote, name, method, arguments)
         remote.post(chosen.uid, chosen.parameters, arguments)
 
+    def reach(self, name: str) -> concurrent.futures.Future:
+        """Find a client's service; the future's RuntimeError says that there is none, or no way to it."""
+        done: concurrent.futures.Future = concurrent.futures.Future()
+        self._reach(name).addCallback(lambda answer: _hand_over(answer, done))
+        return done
+
+    def close(self) -> None:
+        if self._dialled is not None:
+            self._dialled.close()
+
+    def _reach(self, name: str) -> Future:
+        return (self._dialled or self._server).reach(name)
+
     def _remote(self, name: str) -> RemoteObject:
         """Return what calls a client's service; only the first time it waits, at most CALL_TIMEOUT."""
-        reached = self._server.reach(name)
+        reached = self._reach(name)
         reached.wait(CALL_TIMEOUT * 1000.0)
         if reached.isRunning():
             raise RuntimeError(_late(name))

@@ -111,6 +111,11 @@ class Proxy:
 setattr(Proxy, "async", Proxy.async_)
 
 
+def remote_of(proxy: Proxy) -> RemoteObject:
+    """Return what a proxy stands for."""
+    return proxy._remote
+
+
 def _member(remote: RemoteObject, name: str) -> Any:
     meta = remote.meta
     prop = meta.property(name)

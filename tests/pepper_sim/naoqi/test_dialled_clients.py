@@ -28,7 +28,7 @@ def clients() -> Iterator[ClientServices]:
     alarm, server = Alarm(), Server("tcp://127.0.0.1:0")
     server.start()
     clients = ClientServices(server, alarm)
-    clients.dials = True
+    clients.dial()
     yield clients
     clients.close()
     server.close()
