@@ -35,8 +35,10 @@ class DialledServices:
         server.serviceUnregistered.connect(lambda _identity, name: self._forget(name))
 
     def reach(self, name: str) -> Future:
-        """Return the future of the RemoteObject by which a client's service is called; it fails with a ServiceError when
-        there is none, or no way to it."""
+        """Return the future of the RemoteObject by which a client's service is called.
+
+        It fails with a ServiceError when there is none, or no way to it.
+        """
         with self._lock:
             known = self._reached.get(name)
             if known is not None and (known.isRunning() or (known.hasValue() and known.value().alive)):

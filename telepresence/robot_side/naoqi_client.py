@@ -1,7 +1,7 @@
 # Runs on Pepper's own Python 2.7 as well as on Python 3: keep to syntax that both accept.
 # ruff: noqa: UP004, UP024, UP031
 """A small client of NAOqi for programs on the robot: services by name, calls, posts. It listens nowhere, and speaks
-`tcp` only, which is what NAOqi speaks on the robot itself.
+`tcp`, as NAOqi does on the robot itself; `tcps` if it is given TLS, see `naoqi_connection`.
 
 Wire: see `naoqi_connection`. Service 1, the directory: action 100, `service(name)`, says where one is. Action 2 of a
 service: its metaobject, with the methods' names, types and numbers. Source: aldebaran/libqi, src/messaging/message.hpp,
@@ -81,24 +81,24 @@ class Client(object):
     """Services of one robot, each over the connection on which it can be reached.
 
     Args:
-        url: Of its directory: tcp://HOST:PORT.
+        url: Of its directory: tcp://HOST:PORT, tcps://HOST:PORT.
         timeout: Seconds for each step of a connection.
+        tls: For tcps; over tcp it is not used, and so no password sent.
     Attributes:
         wires: The connections; the first is that of the directory.
     Raises:
-        ValueError: The address is invalid.
+        ValueError: The address is invalid, or it is tcps and there is no TLS.
         NaoqiError, EnvironmentError: Nobody answers there as NAOqi does.
     """
 
-    def __init__(self, url, timeout=TIMEOUT):
-        # type: (str, float) -> None
-        scheme, self._place = place_of(url)
-        if scheme != "tcp":
-            raise NaoqiError("%s is for other machines: this runs on the robot and speaks tcp" % scheme)
+    def __init__(self, url, timeout=TIMEOUT, tls=None):
+        # type: (str, float, Any) -> None
+        self._scheme, self._place = place_of(url)
+        self._tls = tls_for(url, tls)
         self._timeout = timeout
         self._services = {}  # type: Dict[str, Service]
         self._places = {}  # type: Dict[Tuple[str, int], Wire]
-        self.wires = [Wire(self._place, timeout)]
+        self.wires = [Wire(self._place, timeout, self._tls)]
 
     def connected(self):
         # type: () -> bool
@@ -146,20 +146,20 @@ class Client(object):
                 scheme, place = place_of(each)
             except ValueError:
                 continue
-            if scheme == "tcp":
+            if scheme == self._scheme:  # every connection logs in: what began encrypted goes on encrypted
                 places.append(place)
         if "qi:ServiceDirectory" in endpoints or self._place in places:
             return self.wires[0]
         if sorted(endpoints) == sorted(self._info("ServiceDirectory")[1]):
             return self.wires[0]
-        problem = "%s has no way in that this program knows" % ", ".join(endpoints)
+        problem = "%s has no way in by %s" % (", ".join(endpoints), self._scheme)
         near = self._place[0].startswith("127.") or self._place[0] in ("localhost", "::1")
         for place in sorted(places, key=lambda each: each[0].startswith("127.") != near):
             wire = self._places.get(place)
             if wire is not None and not wire.problem:
                 return wire
             try:
-                wire = self._places[place] = Wire(place, self._timeout)
+                wire = self._places[place] = Wire(place, self._timeout, self._tls)
             except (NaoqiError, EnvironmentError) as error:
                 problem = "%s:%d: %s" % (place[0], place[1], error)
                 continue
@@ -180,6 +180,23 @@ def place_of(url):
     if scheme not in ("tcp", "tcps") or not host or not port.isdigit():
         raise ValueError("not the address of NAOqi: %r; wanted is tcp://HOST:%d" % (url, PORT))
     return scheme, (host.strip("[]"), int(port))
+
+
+def tls_for(url, tls):
+    # type: (str, Any) -> Any
+    """Return what encrypts the connections to an address; None for tcp.
+
+    Raises:
+        ValueError: The address is invalid, or it is tcps and there is no TLS.
+    """
+    if place_of(url)[0] == "tcp":
+        return None
+    if tls is None:
+        raise ValueError(
+            "%s is for other machines, and this program speaks no TLS: on the robot itself NAOqi answers at "
+            "tcp://127.0.0.1:%d" % (url, PORT)
+        )
+    return tls
 
 
 def _methods(description):

@@ -1,12 +1,26 @@
 # Runs on Pepper's own Python 2.7 as well as on Python 3: keep to syntax that both accept.
-# ruff: noqa: UP004, UP024, UP031
+# ruff: noqa: B904, UP004, UP024, UP031
 """A connection to NAOqi for programs on the robot: calls, posts, answers; no calls or events of the robot are taken.
 
 Wire: messages of a header (magic, id, size, version, type, flags, service, object, action; little-endian, 28 bytes) and
-a payload. Service 0, action 8: capabilities. Source: aldebaran/libqi, src/messaging/message.hpp, boundobject.cpp.
+a payload. Service 0, action 8: capabilities, over TLS user and password too. Source: aldebaran/libqi,
+src/messaging/message.hpp, boundobject.cpp, authprovider.cpp.
 
 A reader thread takes answers and never waits for anybody. Sending never waits either: requests are small, and a socket
 that does not take one at once belongs to a robot that reads nothing; its connection ends.
+
+TLS, which a robot with NAOqi 2.9 speaks to other machines, is given to a connection by those who run there
+(`naoqi_driver.robot_tls`); nothing here knows it but by what it offers:
+
+    tls.begin(socket, host, timeout)  the handshake, within some seconds, on a socket that may wait; returns a cipher
+    tls.login, tls.login_from         what is said at the login, {} for nothing; where that is from, for people
+    cipher.seal(data)                 what is sent for some bytes
+    cipher.open(data)                 for what came, the bytes that it holds, and what has to be sent because of it
+
+All three raise NaoqiError, `begin` EnvironmentError too.
+
+The cipher is used under the lock of the connection, whose socket stays the plain one: what waits in it is known to the
+kernel and thrown away as without TLS, and half a record, like half a message, is obeyed by nobody.
 """
 
 import ctypes
@@ -42,7 +56,10 @@ _HEADER = struct.Struct("<IIIHBBIII")
 _MAGIC = 0x42ADDE42
 _REPLY, _ERROR, _CAPABILITY, _CANCELED = 2, 3, 6, 8
 _DYNAMIC = 1  # flag: the payload is a dynamic
-_AUTHENTICATE, _DONE = 8, 3
+_AUTHENTICATE, _ASKS, _DONE = 8, 2, 3
+_STATE, _REASON = "__qi_auth_state", "__qi_auth_err_reason"
+_LOGIN_ROUNDS = 8
+"""A robot that asks more often than this does not want us."""
 _CAPABILITIES = {
     "ClientServerSocket": False,  # calls to a client over its own connection
     "MessageFlags": True,
@@ -107,16 +124,24 @@ class Wire(object):
     Args:
         place: Host and port.
         timeout: Seconds for each step.
+        tls: What encrypts it and logs in, see above; None: plain TCP, over which no password goes.
     Attributes:
         problem: Why it has ended; empty while it is open.
     Raises:
         NaoqiError, EnvironmentError: There is none.
     """
 
-    def __init__(self, place, timeout):
-        # type: (Tuple[str, int], float) -> None
+    def __init__(self, place, timeout, tls=None):
+        # type: (Tuple[str, int], float, Any) -> None
         self.problem = ""
+        self._tls, self._cipher = tls, None  # type: Any, Any
         self._socket = socket.create_connection(place, timeout)
+        if tls is not None:
+            try:
+                self._cipher = tls.begin(self._socket, place[0], timeout)
+            except Exception:
+                self._socket.close()
+                raise
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.setblocking(False)
         self._ids = itertools.count(1)
@@ -183,25 +208,63 @@ class Wire(object):
 
     def _log_in(self, timeout):
         # type: (float) -> None
+        if self._tls is not None:
+            return self._log_in_by_tls(timeout)
         capabilities = encode(parse("{sm}"), _CAPABILITIES)
-        answer = self.call(0, _AUTHENTICATE, capabilities, "{sm}", "the first message", object_=0)
-        if not answer.wait(timeout):
-            raise NaoqiError("no answer within %g s" % timeout)
         try:
-            state = answer.value().get("__qi_auth_state")
+            said = self._say_at_login(capabilities, timeout)
         except NaoqiError:
             if self.problem:
                 raise
             # NAOqi up to 2.1 knows no such question.
             self.call(0, 0, capabilities, "v", "capabilities", _CAPABILITY, 0)
             return
-        if state != _DONE:
+        if said.get(_STATE) != _DONE:
             raise NaoqiError("it wants a login; on the robot itself tcp://127.0.0.1:9559 wants none")
+
+    def _log_in_by_tls(self, timeout):
+        # type: (float) -> None
+        """Say user and password; a robot that asks again is told the same again."""
+        login = self._tls.login
+        message = dict(_CAPABILITIES, **login)
+        try:
+            for _ in range(_LOGIN_ROUNDS):
+                said = self._say_at_login(encode(parse("{sm}"), message), timeout)
+                state, message = said.get(_STATE), login
+                if state == _DONE:
+                    return
+                if state != _ASKS or not login:
+                    raise NaoqiError(str(said.get(_REASON, "refused")))
+            raise NaoqiError("it does not stop asking")
+        except NaoqiError as error:
+            raise NaoqiError("the login failed (%s): %s" % (self._tls.login_from, error))
+
+    def _say_at_login(self, message, timeout):
+        # type: (bytes, float) -> Dict[str, Any]
+        answer = self.call(0, _AUTHENTICATE, message, "{sm}", "the first message", object_=0)
+        if not answer.wait(timeout):
+            self.abort("no answer within %g s" % timeout)
+        said = answer.value()
+        if not isinstance(said, dict):
+            self.abort("it answers as no NAOqi does")
+            raise NaoqiError(self.problem)
+        return said
 
     def _send(self, number, kind, service, object_, action, payload):
         # type: (int, int, int, int, int, bytes) -> None
         """Send one message; the caller holds the lock."""
         data = _HEADER.pack(_MAGIC, number, len(payload), 0, kind, 0, service, object_, action) + payload
+        if self._cipher is not None:
+            try:
+                data = self._cipher.seal(data)
+            except NaoqiError as error:
+                self._abort(str(error))
+                raise
+        self._put(data)
+
+    def _put(self, data):
+        # type: (bytes) -> None
+        """Hand bytes to the socket, at once or not at all; the caller holds the lock."""
         try:
             sent = _again(self._socket.send, data)
         except EnvironmentError as error:
@@ -253,13 +316,24 @@ class Wire(object):
                 self._shut(reason)
                 self._socket.close()
 
+    def _opened(self, data):
+        # type: (bytes) -> bytes
+        """The bytes that something that came holds."""
+        if self._cipher is None:
+            return data
+        with self._lock:
+            plain, answer = self._cipher.open(data)
+            if answer:
+                self._put(answer)
+        return plain
+
     def _pieces(self):
         # type: () -> Any
         """What arrives, in the sizes that are asked for by `send`."""
         # Not by a recv that waits: in some versions of Linux 6 nobody can abort a connection in which somebody does.
         poll = select.poll()
         poll.register(self._socket, select.POLLIN)
-        buffered = bytearray()
+        buffered = bytearray(self._opened(b""))  # what came together with the handshake's end
         size = yield b""
         while True:
             while len(buffered) < size:
@@ -272,7 +346,7 @@ class Wire(object):
                     raise
                 if not data:
                     raise NaoqiError("it closed the connection")
-                buffered += data
+                buffered += self._opened(data)
             piece = bytes(buffered[:size])
             del buffered[:size]
             size = yield piece

@@ -1,4 +1,4 @@
-"""A listening socket on loopback whose connections each get a thread."""
+"""A listening socket whose connections each get a thread."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from collections.abc import Callable
 
 
 class TcpListener:
-    """Listens on a free port from construction until `close`.
+    """Listens from construction until `close`.
 
     Args:
         talk: Called with each connection, on a thread of its own; closes it. An OSError ends it quietly.
+        place: Address and port; 0 takes a free one.
     """
 
-    def __init__(self, talk: Callable[[socket.socket], None]) -> None:
+    def __init__(self, talk: Callable[[socket.socket], None], place: tuple[str, int] = ("127.0.0.1", 0)) -> None:
         self._talk = talk
-        self._socket = socket.create_server(("127.0.0.1", 0), backlog=50)
+        self._socket = socket.create_server(place, backlog=50)
         self.port = self._socket.getsockname()[1]
         threading.Thread(target=self._accept, name="tcp-listener", daemon=True).start()
 

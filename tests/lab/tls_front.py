@@ -44,15 +44,16 @@ class TlsFront:
     Args:
         target: Port of a NAOqi on loopback without TLS.
         certificate: File with certificate and key; None: no TLS at all.
+        place: Address and port where it listens; 0 takes a free one.
     """
 
-    def __init__(self, target: int, certificate: Path | None) -> None:
+    def __init__(self, target: int, certificate: Path | None, place: tuple[str, int] = ("127.0.0.1", 0)) -> None:
         self.received = b""
         self.connections = 0
         self._target = target
         self._sockets: list[socket.socket] = []
         self.show(certificate)
-        self._listener = TcpListener(self._talk)
+        self._listener = TcpListener(self._talk, place)
         self.port = self._listener.port
 
     def show(self, certificate: Path | None) -> None:

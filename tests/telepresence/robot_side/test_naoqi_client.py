@@ -149,7 +149,7 @@ def test_an_address_that_is_none_is_refused(url) -> None:
 
 
 def test_what_is_for_other_machines_is_said(free_port) -> None:
-    with pytest.raises(NaoqiError, match="speaks tcp"):
+    with pytest.raises(ValueError, match=r"on the robot itself NAOqi answers at tcp://127\.0\.0\.1:9559"):
         Client(f"tcps://127.0.0.1:{free_port()}")
     with pytest.raises(ConnectionRefusedError):
         Client(f"tcp://127.0.0.1:{free_port()}")
@@ -203,13 +203,14 @@ def let_in(end: socket.socket) -> None:
 @pytest.mark.parametrize(
     ("reply", "said"),
     [
+        (message(REPLY, 1, encode(parse("m"), 7), flags=1), "answers as no NAOqi does"),
         (b"GET / HTTP/1.0\r\n\r\n" + bytes(20), "no message"),
         (HEADER.pack(MAGIC, 1, 2**32 - 1, 0, REPLY, 0, 0, 0, 8), "no message"),
         (HEADER.pack(MAGIC, 1, 0, 1, REPLY, 0, 0, 0, 8), "no message"),
         (message(REPLY, 1, encode(parse("{sm}"), {"__qi_auth_state": 2})), "wants a login"),
         (b"", "no answer within 0.3 s"),
     ],
-    ids=["web server", "4 GiB", "other version", "login", "silence"],
+    ids=["a number", "web server", "4 GiB", "other version", "login", "silence"],
 )
 def test_who_does_not_answer_as_naoqi_does_is_no_robot(reply, said) -> None:
     def script(end: socket.socket) -> None:

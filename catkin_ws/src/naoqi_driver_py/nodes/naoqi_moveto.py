@@ -122,7 +122,7 @@ class MoveTo:
         try:
             if not server:
                 ended = "the drive server that this driver had started has ended"
-                own = OwnDriveServer(self._node.connection.address.url, lambda: self._node.fail(ended))
+                own = OwnDriveServer(self._node.connection.address, lambda: self._node.fail(ended))
                 self._node.at_end(own.close)
                 server = own.address
             link = DriveLink(server if ":" in server else f"{server}:{ports.PEPPER_DRIVE}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import subprocess
 import sys
@@ -156,7 +157,19 @@ def test_without_a_key_it_listens_on_loopback_only(folder, tmp_path):
     assert "without a key nothing listens on 0.0.0.0" in refused.stderr
 
 
-@pytest.mark.parametrize(("url", "near"), [("tcp://127.0.0.1:9559", True), ("tcp://10.0.0.7:9559", False)])
+def test_the_file_for_the_robot_speaks_no_tls_and_says_what_it_wants_instead(folder):
+    refused = subprocess.run(
+        [sys.executable, "-S", folder / "drive_server.py", "--port", "0", "--qi-url", "tcps://127.0.0.1:9503"],
+        capture_output=True, text=True, timeout=20, env={**os.environ, "PYTHONPATH": ""},
+    )  # fmt: skip
+    assert refused.returncode == 1
+    assert "on the robot itself NAOqi answers at tcp://127.0.0.1:9559" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("url", "near"),
+    [("tcp://127.0.0.1:9559", True), ("tcp://10.0.0.7:9559", False), ("tcps://127.0.0.1:9503", False)],
+)
 def test_what_is_near(url, near):
     assert is_near(url) is near
 

@@ -14,10 +14,12 @@ from pathlib import Path
 
 import pytest
 from media.far_network import FarMachine, FarNetwork
+from tls_front import make_certificate
 
 from telepresence.station import processes
 
 pytestmark = pytest.mark.slow
+LAB = Path(__file__).resolve().parents[3] / "lab"
 ROOT = Path(__file__).resolve().parents[4]
 PACKAGE = ROOT / "catkin_ws" / "src" / "naoqi_driver_py"
 
@@ -31,14 +33,15 @@ def network() -> Iterator[FarNetwork]:
 
 
 @pytest.fixture
-def run_on() -> Iterator[Callable[..., subprocess.Popen]]:
+def run_on(tmp_path) -> Iterator[Callable[..., subprocess.Popen]]:
     started: list[subprocess.Popen] = []
 
     def run(machine: FarMachine, *argv: object) -> subprocess.Popen:
-        environment = {**os.environ, "PYTHONPATH": f"{ROOT}:{PACKAGE / 'src'}", "PYTHONUNBUFFERED": "1"}
+        path = f"{ROOT}:{PACKAGE / 'src'}:{LAB}"
+        own = {"PYTHONPATH": path, "PYTHONUNBUFFERED": "1", "XDG_CONFIG_HOME": str(tmp_path)}
         words = machine.command(sys.executable, *map(str, argv))
         started.append(
-            processes.start(words, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+            processes.start(words, env={**os.environ, **own}, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         )
         return started[-1]
 
@@ -49,17 +52,18 @@ def run_on() -> Iterator[Callable[..., subprocess.Popen]]:
         process.stdout.close()
 
 
-def test_after_a_cut_no_old_command_moves_the_robot(network, run_on, until_true):
+@pytest.mark.parametrize("url", ["tcp://{}:9559", "tcps://{}:9503"], ids=["tcp", "tls"])
+def test_after_a_cut_no_old_command_moves_the_robot(url, network, run_on, until_true, tmp_path):
     here, (mine, robots) = Path(__file__).parent, network.machines
-    robot = run_on(robots, here / "far_pepper.py", robots.address)
+    certificate = [make_certificate(tmp_path, "pepper")] if url.startswith("tcps") else []
+    robot = run_on(robots, here / "far_pepper.py", robots.address, *certificate)
     track: collections.deque[tuple[float, ...]] = collections.deque(maxlen=1000)
     reader = threading.Thread(target=lambda: track.extend(tuple(map(float, line.split())) for line in robot.stdout))
     reader.start()
     until_true(lambda: track, "the robot is there")
-    server = run_on(
-        mine, PACKAGE / "robot" / "drive_server.py", "--qi-url", f"tcp://{robots.address}:9559", "--port", "0"
-    )
-    pilot = run_on(mine, here / "far_pilot.py", server.stdout.readline().rpartition(" ")[2].strip())
+    server = run_on(mine, PACKAGE / "robot" / "drive_server.py", "--qi-url", url.format(robots.address), "--port", "0")
+    said = next(line for line in server.stdout if "listens on udp" in line)
+    pilot = run_on(mine, here / "far_pilot.py", said.rpartition(" ")[2].strip())
 
     def drive(key: str) -> None:
         pilot.stdin.write(f"{key}\n")

@@ -15,6 +15,7 @@ import os
 import re
 import ssl
 import stat
+from collections.abc import Callable
 from pathlib import Path
 
 log = logging.getLogger(__name__)
@@ -31,10 +32,11 @@ class CertificatePin:
 
     Args:
         host, port: Of the robot, as the pilot types them.
+        report: Takes the line about a certificate that is trusted from now on.
     """
 
-    def __init__(self, host: str, port: int) -> None:
-        self._robot = f"{host}:{port}"
+    def __init__(self, host: str, port: int, report: Callable[[str], object] = log.warning) -> None:
+        self._robot, self._report = f"{host}:{port}", report
         self.path = path_of(host, port)
 
     def check(self, certificate: bytes) -> None:
@@ -88,8 +90,8 @@ class CertificatePin:
             file.write(f"{shown}\n")
         try:
             os.link(new, self.path)
-            log.warning(
-                "first connection to the robot at %s: its certificate %s is trusted from now on", self._robot, shown
+            self._report(
+                f"first connection to the robot at {self._robot}: its certificate {shown} is trusted from now on"
             )
         except FileExistsError:
             return self._read() or shown
@@ -110,11 +112,16 @@ def tls_context(pin: CertificatePin) -> ssl.SSLContext:
             super().do_handshake(block)
             pin.check(self.getpeercert(binary_form=True) or b"")
 
+    class CheckedObject(ssl.SSLObject):  # of `wrap_bio`
+        def do_handshake(self) -> None:
+            super().do_handshake()
+            pin.check(self.getpeercert(binary_form=True) or b"")
+
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     # A robot signs its certificate itself: there is no authority to ask. The pin says whose it is.
     context.check_hostname = False
     context.verify_mode = ssl.CERT_NONE
-    context.sslsocket_class = Checked
+    context.sslsocket_class, context.sslobject_class = Checked, CheckedObject
     return context
 
 

@@ -3,7 +3,7 @@
 Address, first found wins: command line `--pip`, `--pport`; private parameters `~pip`, `~pport`; 127.0.0.1, 9559. `pip`
 may be a whole URL such as tcps://10.0.0.7:9503. User and password for NAOqi 2.9 come from `~user` and `~password` or
 the environment variables NAO_USER and NAO_PASSWORD; the latter are better, as everybody on the network can read
-parameters.
+parameters, and the drive server of a launch file has no others.
 """
 
 from __future__ import annotations

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import logging
+import os
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from naoqi_driver.connection import Address
+from naoqi_driver.robot_tls import PASSWORD, USER
 from telepresence.station import processes
 
 log = logging.getLogger(__name__)
@@ -25,7 +28,8 @@ class OwnDriveServer:
     ended.
 
     Args:
-        qi_url: Where NAOqi answers.
+        robot: Where NAOqi answers. User and password go to the program by its environment, which only this user and
+            root can read; everybody can read a command line.
         on_end: Called, on a thread of its own, when the program has ended and nobody has closed it.
     Attributes:
         address: host:port of the drive server.
@@ -33,9 +37,11 @@ class OwnDriveServer:
         RuntimeError: It did not start, and has said why on standard error.
     """
 
-    def __init__(self, qi_url: str, on_end: Callable[[], None]) -> None:
-        words = ["sh", "-c", OUTLIVE, "sh", sys.executable, str(PROGRAM), "--qi-url", qi_url, "--port", "0"]
-        self._process = processes.start(words, tied=True, stdout=subprocess.PIPE, text=True)
+    def __init__(self, robot: Address, on_end: Callable[[], None]) -> None:
+        words = ["sh", "-c", OUTLIVE, "sh", sys.executable, str(PROGRAM), "--qi-url", robot.url, "--port", "0"]
+        login = {USER: robot.user, PASSWORD: robot.password} if robot.encrypted else {}
+        environment = {**os.environ, **{name: value for name, value in login.items() if value is not None}}
+        self._process = processes.start(words, tied=True, env=environment, stdout=subprocess.PIPE, text=True)
         self._on_end, self._closing = on_end, threading.Event()
         assert self._process.stdout is not None
         # "drive_server: listens on udp 127.0.0.1:40123", perhaps after a line about NAOqi

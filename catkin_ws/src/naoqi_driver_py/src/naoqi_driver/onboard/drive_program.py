@@ -1,5 +1,5 @@
 # Runs on Pepper's own Python 2.7 as well as on Python 3: keep to syntax that both accept.
-# ruff: noqa: UP031
+# ruff: noqa: UP006, UP031
 """The command line of Pepper's drive server; see docs/pepper.md. Until SIGINT, SIGTERM or a closed terminal."""
 
 import argparse
@@ -13,11 +13,14 @@ from naoqi_driver.onboard.line_writer import LineWriter
 from naoqi_driver.onboard.naoqi_link import NaoqiLink
 from naoqi_driver.onboard.pepper_base import PepperBase
 from telepresence.drive.server import DriveServer
+from telepresence.robot_side.naoqi_client import place_of
 from telepresence.security.shared_key import SharedKey, is_loopback
 
 MYPY = False
 if MYPY:
-    from typing import List, Optional  # noqa: F401, UP035
+    from typing import Any, Callable, List, Optional, Tuple  # noqa: F401, UP035
+
+    MakeTls = Callable[[Tuple[str, int], Callable[[str], None]], Any]
 
 PORT = 8085
 LOOPBACK = "127.0.0.1"
@@ -27,9 +30,14 @@ FLUSH_TIME = 0.2
 _RLIMIT_RTTIME, _RUNAWAY = 15, 2000000  # linux/resource.h; [us]
 
 
-def main(words):
-    # type: (List[str]) -> int
-    """Serve until a signal; the exit status."""
+def main(words, make_tls=None):
+    # type: (List[str], Optional[MakeTls]) -> int
+    """Serve until a signal; the exit status.
+
+    Args:
+        make_tls: Returns the TLS for a NAOqi at host and port that is far (`telepresence.robot_side.naoqi_connection`);
+            is given what takes a line for people. None on the robot, whose Python 2.7 has none that would do.
+    """
     parser = argparse.ArgumentParser(description="Drives a Pepper for pilots, beside its NAOqi.")
     parser.add_argument("--qi-url", default="tcp://127.0.0.1:9559", help="where NAOqi answers (default: %(default)s)")
     parser.add_argument("--address", default=LOOPBACK, help="where to listen; 0.0.0.0 for all (default: %(default)s)")
@@ -44,7 +52,7 @@ def main(words):
     options = parser.parse_args([word for word in words if ":=" not in word])
     say, complain = (LineWriter(stream.fileno(), "drive_server: ") for stream in (sys.stdout, sys.stderr))
     try:
-        return last_stop.watch(options.qi_url, say) if options.last_stop else serve(options, say)
+        return last_stop.watch(options.qi_url, say) if options.last_stop else serve(options, say, make_tls)
     except (EnvironmentError, ValueError) as error:  # noqa: UP024
         complain(str(error))
         return 1
@@ -53,11 +61,13 @@ def main(words):
         complain.flush(FLUSH_TIME)
 
 
-def serve(options, say):
-    # type: (argparse.Namespace, LineWriter) -> int
+def serve(options, say, make_tls=None):
+    # type: (argparse.Namespace, LineWriter, Optional[MakeTls]) -> int
     key = find_key(options.key, options.address)
     come_first()
-    link = NaoqiLink(options.qi_url, say, options.far)
+    scheme, place = place_of(options.qi_url)
+    tls = make_tls(place, say) if scheme == "tcps" and make_tls is not None else None
+    link = NaoqiLink(options.qi_url, say, options.far, tls)
     # Over a network every motion ends by itself.
     watcher = last_stop.LastStop(last_stop.command(options.qi_url)) if link.near else None
     try:

@@ -11,14 +11,14 @@ import socket
 import threading
 
 from telepresence.drive.clock import monotonic
-from telepresence.drive.datagram import INFINITY
-from telepresence.robot_side.naoqi_client import Client, place_of
+from telepresence.drive.datagram import INFINITY, MAX_TEXT
+from telepresence.robot_side.naoqi_client import Client, place_of, tls_for
 from telepresence.robot_side.naoqi_values import error_text
 from telepresence.security.shared_key import is_loopback
 
 MYPY = False
 if MYPY:
-    from typing import Callable, Optional  # noqa: F401, UP035
+    from typing import Any, Callable, Optional  # noqa: F401, UP035
 
     from telepresence.robot_side.naoqi_client import Service  # noqa: F401
 
@@ -33,27 +33,32 @@ WATCH_PERIOD = 0.05
 """Seconds between two looks at the link."""
 STALL = 0.4
 """Seconds for which the robot may take nothing of what was sent to it over a network."""
+LONGEST_LINE = MAX_TEXT - 30
+"""Characters of what an error says: as many as a report to the pilot has room for, with a few words around, because at
+the end may stand the line that removes a robot's old certificate."""
 
 
 class NaoqiLink(object):
     """Connected from construction until `close`.
 
     Args:
-        url: Of NAOqi, tcp://HOST:PORT.
+        url: Of NAOqi, tcp://HOST:PORT or tcps://HOST:PORT.
         log: Takes a line for people.
         far: Behind the address, even if it is this machine's, is a network: a tunnel.
+        tls: For tcps, see `telepresence.robot_side.naoqi_connection`.
     Attributes:
         connections: How often a link was established.
         problem: Why there is none; empty while there is one.
         near: NAOqi is on this machine.
     Raises:
-        ValueError: The address is invalid.
+        ValueError: The address is invalid, or it is tcps and there is no TLS.
     """
 
-    def __init__(self, url, log, far=False):
-        # type: (str, Callable[[str], None], bool) -> None
+    def __init__(self, url, log, far=False, tls=None):
+        # type: (str, Callable[[str], None], bool, Any) -> None
         self.url, self._log = url, log
         self.near = is_near(url) and not far
+        self._tls = tls_for(url, tls)
         self.connections, self.problem = 0, "not connected yet"
         self._motion = None  # type: Optional[Service]
         self._client = None  # type: Optional[Client]
@@ -103,7 +108,7 @@ class NaoqiLink(object):
                 said, failing_since, patience = "", INFINITY, LOSS_SAID_AFTER
                 self._watch()
             except (RuntimeError, EnvironmentError) as error:
-                self.problem = error_text(error)
+                self.problem = error_text(error, LONGEST_LINE)
             self._close()
             failing_since = min(failing_since, monotonic())
             if self.problem != said and monotonic() - failing_since >= patience and not self._stop.is_set():
@@ -114,7 +119,7 @@ class NaoqiLink(object):
     def _connect(self):
         # type: () -> None
         self._drop = ""
-        client = self._client = Client(self.url, CONNECT_TIMEOUT)
+        client = self._client = Client(self.url, CONNECT_TIMEOUT, self._tls)
         motion = client.service("ALMotion")
         if not self.near:
             for wire in client.wires:
@@ -151,14 +156,15 @@ class NaoqiLink(object):
 
 def is_near(url):
     # type: (str) -> bool
-    """Whether NAOqi at this address is on this machine.
+    """Whether NAOqi at this address is on this machine. By tcps never: that is how a robot speaks to other machines, so
+    an address of this one is the end of a tunnel.
 
     Raises:
         ValueError: The address is invalid.
     """
-    host = place_of(url)[1][0]
+    scheme, (host, _) = place_of(url)
     try:
-        return is_loopback(host) or is_own(host)
+        return (is_loopback(host) or is_own(host)) and scheme == "tcp"
     except EnvironmentError:  # a name without an address, now
         return False
 
