@@ -68,9 +68,10 @@ class Controller(QObject):
     ) -> None:
         super().__init__(window)
         self._window, self._link, self._terminal = window, link, terminal
-        self._attach = attach
+        self._attach = self._attach_first = attach
         self.begins_conversation = False
-        """Whether attaching begins the conversation, too, when it is a pilot who has come."""
+        """Whether attaching begins the conversation, too, when it is a pilot who has come, each time somebody signs in;
+        and there is none while nobody is signed in, whoever has begun it."""
         self.access: DriveAccess = MovementAccess(link) if link.robot.by_movement else LeaseAccess(link)
         self.gamepad = gamepad or Gamepad(None, self)
         self.controls = DriveControls()
@@ -172,6 +173,9 @@ class Controller(QObject):
         """Nobody is signed in any more: receive nothing, send nothing."""
         self.driving.mux.release_all()
         self.conversation.leave()
+        if self.begins_conversation:
+            self._attach = self._attach_first
+            self.conversation.end_earlier()
         self.access.sign_out()
         self._window.feedButton.setChecked(False)
         self._link.set_open(False)

@@ -73,7 +73,7 @@ class Conversation(QObject):
         )
         self._parts = [part for part in parts if link.has(part.service)]
         self._wanted: bool | None = None
-        self._in_front, self._muted, self._greets = True, False, False
+        self._in_front, self._muted = True, False
         self._since = 0.0
         self._ends_since: float | None = None
         self._taken, self._taken_until = False, -math.inf
@@ -126,23 +126,19 @@ class Conversation(QObject):
         Args:
             muted: The robot does not hear the pilot, until the pilot wants that: the microphone is muted first.
         """
-        self._wanted, self._muted, self._greets, self._since = wanted, muted, False, time.monotonic()
+        self._wanted, self._muted, self._since = wanted, muted, time.monotonic()
         self._work()
 
     def greet(self) -> None:
-        """Begin the conversation as soon as the robot is in front: whoever comes to it is seen and heard there."""
+        """Begin the conversation if the robot is in front: whoever comes to it is seen and heard there."""
         if self._in_front:
             self.want(True)
-        else:
-            self._greets = True
 
     def set_in_front(self, in_front: bool) -> None:
         """Of several robots in this window, this is the one in front, or another one is: then end what there is."""
         taken_along = self._in_front and not in_front and self.on
         self._in_front = in_front
-        if self._greets and in_front:
-            self.want(True)
-        elif self._wanted and not in_front:
+        if self._wanted and not in_front:
             self.want(False)
         else:
             self._work()
@@ -151,9 +147,14 @@ class Conversation(QObject):
 
     def leave(self) -> None:
         """End what this window has begun, because nobody is signed in here any more."""
-        self._greets = False
         if self._wanted:
             self.want(False)
+
+    def end_earlier(self) -> None:
+        """End what an earlier window may have begun that died with somebody signed in."""
+        for part in self._parts:
+            part.begun, part.done = True, None
+        self._work()
 
     def _forget(self) -> None:
         """The programs have ended, and the next ones have to be asked anew; or only the ROS master has, and they go on

@@ -11,7 +11,7 @@ from gui.app.conversation import PERIOD
 from gui.ros.channels import Answer
 from gui.ros.readings import PageState, VoiceSettings, VoiceState
 from telepresence.audio.voice_state import NO_CONVERSATION
-from telepresence.teleop.accounts import PILOT, WATCHER
+from telepresence.teleop.drive_lease import PILOT, WATCHER, Account
 
 
 @pytest.fixture
@@ -55,14 +55,31 @@ def test_nobody_else_begins_by_coming(open_window, link, role, begins):
     assert window.feedButton.isChecked() and begun(link) == {}
 
 
-def test_who_comes_to_a_robot_in_the_back_is_heard_there_once_it_is_in_front(open_window, link, spin):
+def test_who_comes_to_a_robot_in_the_back_is_not_heard_there(open_window, link):
     window = open_window(begins_conversation=True)
     window.controller.conversation.set_in_front(False)
     link.become(**RUNNING)
-    QTest.qWait(PERIOD + 50)
-    assert begun(link) == {}
     window.controller.conversation.set_in_front(True)
-    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "the tab has been chosen")
+    QTest.qWait(PERIOD + 50)
+    assert begun(link) == {}, "a conversation in front is handed on"
+
+
+def test_the_next_pilot_is_seen_and_heard_as_the_first_one_was(open_window, link, spin):
+    window = open_window(role=WATCHER, begins_conversation=True)
+    link.become(**RUNNING)
+    window.controller.dismiss()
+    spin(lambda: begun(link) == {"show_page": False, "conversation": False}, "nobody is signed in")
+    window.controller.admit(Account("anna", PILOT))
+    link.report_lease(pilot="anna", window=link.node_name)
+    spin(lambda: begun(link) == {"show_page": True, "conversation": True}, "a pilot has come")
+    assert window.feedButton.isChecked()
+
+
+def test_a_window_that_nobody_has_signed_in_to_ends_what_an_earlier_one_began(open_window, link, spin):
+    window = open_window(Attach.NEVER, begins_conversation=True)
+    link.become(**RUNNING)
+    window.controller.dismiss()
+    spin(lambda: begun(link) == {"show_page": False, "conversation": False}, "it is quiet")
 
 
 def test_who_only_watches_neither_begins_nor_ends_the_conversation(open_window, link):

@@ -54,6 +54,24 @@ def test_a_conversation_goes_on_with_the_robot_in_front_and_who_was_muted_stays_
     assert [tab.controller.conversation.on for tab in tabs] == [True, False]
 
 
+@pytest.mark.parametrize("at_first", ["muted", "ended"])
+def test_who_came_to_both_robots_is_not_heard_at_the_second_one_against_their_will(make_tab, tmp_path, at_first):
+    tabs = [make_tab(Settings(tmp_path / f"{index}.ini")) for index in range(2)]
+    hand_on_conversations(tabs)
+    bring_to_front(tabs, 0)
+    for tab in tabs:
+        tab.controller.conversation.greet()
+    if at_first == "muted":
+        tabs[0].window.sound.microphone.setChecked(True)
+    else:
+        tabs[0].controller.conversation.want(False)
+    other = tabs[1].controller.conversation
+    wants, want = [], other.want
+    other.want = lambda wanted, **how: (wants.append((wanted, how)), want(wanted, **how))
+    bring_to_front(tabs, 1)
+    assert wants == ([(True, {"muted": True})] if at_first == "muted" else [])
+
+
 def test_no_conversation_begins_because_a_robot_comes_to_the_front(make_tab, tmp_path):
     tabs = [make_tab(Settings(tmp_path / f"{index}.ini")) for index in range(2)]
     hand_on_conversations(tabs)
