@@ -60,6 +60,16 @@ def test_another_system_is_sent_to_the_container(bare_machine, tmp_path):
     assert "this is Ubuntu 22.04.5 LTS" in answer.stderr and "./stack image" in answer.stderr
 
 
+def test_a_system_without_debians_packages_is_sent_there_too(bare_machine, tmp_path):
+    (bare_machine / "dpkg-query").unlink()
+    (tmp_path / "os-release").write_text('PRETTY_NAME="Fedora Linux 41"\nID=fedora\n')
+    there = (
+        f"mount --bind {tmp_path}/os-release $(readlink -f /etc/os-release) && PATH={bare_machine} exec {STACK} build"
+    )
+    answer = run("unshare", "--map-root-user", "--mount", "sh", "-c", there)
+    assert answer.returncode == 1 and "this is Fedora Linux 41" in answer.stderr
+
+
 def test_who_may_not_install_is_told_what_an_administrator_types(bare_machine):
     (bare_machine / "id").unlink()
     (bare_machine / "id").write_text("#!/bin/sh\necho 1000\n")

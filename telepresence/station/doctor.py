@@ -24,7 +24,9 @@ from telepresence.ports import NAOQI, PILOT_PAGE, TABLET_PAGE  # noqa: E402
 from telepresence.security.bounded_http import BadAnswer, BoundedConnection  # noqa: E402
 from telepresence.security.outside_text import LONGEST_LOG, clean  # noqa: E402
 from telepresence.station.container_image import in_image  # noqa: E402
+from telepresence.station.own_addresses import is_ours  # noqa: E402
 
+OS_RELEASE = Path("/etc/os-release")
 WEB_PORTS = (80, 8080)
 """Where a Robotino's web server listens, real and simulated."""
 WEB_TIMEOUT = 3.0
@@ -83,9 +85,14 @@ def report(check: Callable[[], Iterator[Finding]]) -> bool:
 
 
 def system() -> Iterator[Finding]:
-    release = dict(line.split("=", 1) for line in Path("/etc/os-release").read_text().splitlines() if "=" in line)
-    name = release.get("PRETTY_NAME", "?").strip('"')
-    supported = release.get("ID") == "debian" and release.get("VERSION_ID", "").strip('"') == "12"
+    try:
+        lines = OS_RELEASE.read_text().splitlines()
+    except OSError:
+        lines = []
+    release = {name: value.strip('"') for name, sign, value in (line.partition("=") for line in lines) if sign}
+    name = release.get("PRETTY_NAME", "unknown")
+    # What is made from Debian 12 says so by one of these, as ./stack reads them, too.
+    supported = "bookworm" in (release.get("VERSION_CODENAME"), release.get("DEBIAN_CODENAME"))
     remedy = "Debian 12 is the last one with ROS 1 in its archive; elsewhere the container runs: docs/container.md"
     yield supported, f"operating system: {name}", remedy
 
@@ -157,7 +164,7 @@ def master() -> Iterator[Finding]:
         socket.create_connection((place.hostname or "localhost", place.port or 11311), timeout=1.0).close()
         print(f"  ✓ ROS master: answers at {uri}")
     except OSError:
-        if place.hostname in ("localhost", "127.0.0.1", socket.gethostname()):
+        if is_ours(place.hostname or "localhost"):
             print(f"  - ROS master: none at {uri}; ./stack up starts one")
         else:
             yield False, f"ROS master: none at {uri}", "to run everything on this machine:  unset ROS_MASTER_URI"

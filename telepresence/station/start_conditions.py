@@ -6,12 +6,10 @@ What can be helped is helped and said; for the rest a RuntimeError says what to 
 
 from __future__ import annotations
 
-import contextlib
 import http.client
 import os
 import resource
 import shutil
-import socket
 import sys
 import tempfile
 import threading
@@ -23,6 +21,7 @@ from urllib.parse import urlsplit
 
 from telepresence.station import firewall
 from telepresence.station.listening_sockets import listening
+from telepresence.station.own_addresses import is_ours
 from telepresence.station.ros_master import master_answers, master_proxy
 
 LEAST_ROOM = 64 * 1024 * 1024
@@ -61,24 +60,11 @@ def require_master_here(uri: str) -> None:
     """Raise RuntimeError when the ROS master would have to run on another machine, and none answers there: the one that
     is started here would not be found."""
     host = urlsplit(uri).hostname or "localhost"
-    if not _is_ours(host) and not master_answers(uri, timeout=1.0):
+    if not is_ours(host) and not master_answers(uri, timeout=1.0):
         raise RuntimeError(
             f"ROS_MASTER_URI is {uri}, which is another machine, and no ROS master answers there. To run everything "
             "here:  unset ROS_MASTER_URI  (a line in ~/.bashrc may set it)"
         )
-
-
-def _is_ours(host: str) -> bool:
-    """Whether a host has an address of this machine: Linux gives a socket no address of others."""
-    try:
-        found = socket.getaddrinfo(host, 0, type=socket.SOCK_DGRAM)
-    except OSError:
-        return False
-    for family, kind, _, _, place in found:
-        with socket.socket(family, kind) as probe, contextlib.suppress(OSError):
-            probe.bind(place)
-            return True
-    return False
 
 
 def require_protection(firewall_setting: str | None) -> None:

@@ -77,9 +77,26 @@ def test_a_master_elsewhere_that_does_not_answer_is_an_error(monkeypatch, capsys
     monkeypatch.setattr(doctor.socket, "create_connection", refuse)
     fine, what, cure = next(doctor.master())
     assert not fine and "192.0.2.1" in what and "unset ROS_MASTER_URI" in cure
-    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:11311")
-    assert all(each[0] for each in doctor.master())
-    assert "./stack up starts one" in capsys.readouterr().out
+    for here in ("localhost", "127.0.1.1", "[::1]"):
+        monkeypatch.setenv("ROS_MASTER_URI", f"http://{here}:11311")
+        assert all(each[0] for each in doctor.master())
+        assert "./stack up starts one" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("release", "fine"),
+    [
+        ('PRETTY_NAME="LMDE 6"\nID=linuxmint\nVERSION_CODENAME=faye\nDEBIAN_CODENAME=bookworm\n', True),
+        ('PRETTY_NAME="Ubuntu 22.04"\nVERSION_CODENAME=jammy\n', False),
+        (None, False),
+    ],
+)
+def test_the_system_is_debian_12_or_made_from_it(monkeypatch, tmp_path, release, fine):
+    if release is not None:
+        (tmp_path / "os-release").write_text(release)
+    monkeypatch.setattr(doctor, "OS_RELEASE", tmp_path / "os-release")
+    ((found, _, remedy),) = doctor.system()
+    assert found is fine and "docs/container.md" in remedy
 
 
 def test_a_container_without_its_hosts_network_is_named(monkeypatch, capsys):
