@@ -10,6 +10,7 @@ import errno
 import os
 import select
 import socket
+import time
 from collections import namedtuple
 
 from telepresence.drive.clock import monotonic
@@ -153,7 +154,7 @@ class DriveServer(object):
             for consequence in self._pilots.receive(datagram, address, monotonic()):
                 self._send(self._do(consequence) if isinstance(consequence, Request) else consequence)
         # Linux takes the real-time priority from whoever never waits, and a flood would never let us.
-        select.select([], [], [], BREATH)
+        time.sleep(BREATH)
 
     def _do(self, request):
         # type: (Request) -> Outgoing

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 import qi
 from naoqi_driver.onboard import drive_program
-from naoqi_driver.onboard.last_stop import RESTART_PERIOD, START_TIME, LastStop
+from naoqi_driver.onboard.last_stop import KILL_TIME, RESTART_PERIOD, START_TIME, LastStop
 from onboard_pepper import Motion, OnboardServer, children, connections, drive
 
 
@@ -117,6 +117,34 @@ def test_what_could_not_be_called_is_called_when_naoqi_is_there(folder, free_por
         session.listenStandalone(f"tcp://127.0.0.1:{port}")
         session.registerService("ALMotion", motion)
         until_true(lambda: motion.names() == ["stopMove", "killMove"], "the robot is stopped")
+    finally:
+        second.close()
+        session.close()
+
+
+def test_a_stop_that_came_to_nothing_stops_nobody_who_drives_again(folder, free_port, tmp_path, until_true):
+    """The second process has no link when its server is held up for a moment; the server is back before the link."""
+    port, motion, session = free_port(), Motion(), qi.Session()
+    program = [sys.executable, "-S", str(folder / "drive_server.py"), "--qi-url", f"tcp://127.0.0.1:{port}"]
+    said = tmp_path / "said"
+    said.touch()
+    second = LastStop(["sh", "-c", f"exec {' '.join(program)} --last-stop >{said}"])
+    try:
+        second.note(True, time.monotonic())
+        until_true(lambda: "trying again" in said.read_text(), "there is no link")
+        second.note(False, time.monotonic())
+        session.listenStandalone(f"tcp://127.0.0.1:{port}")
+        session.registerService("ALMotion", motion)
+        until_true(lambda: connections(port) == 1, "it is connected")
+
+        connected = time.monotonic()
+
+        def had_its_chance() -> bool:
+            second.note(False, time.monotonic())
+            return second._ready > connected + 3.0 * KILL_TIME
+
+        until_true(had_its_chance, "it has had a link for a while")
+        assert motion.names() == []
     finally:
         second.close()
         session.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import pytest
-from naoqi_driver.onboard.pepper_base import BRAKING_TIME, LOST_TIME, RELEASE_TIME, PepperBase
+from naoqi_driver.onboard.pepper_base import BRAKING_TIME, HANGING_TIME, LOST_TIME, RELEASE_TIME, PepperBase
 
 from telepresence.drive.pilots import PilotVelocity
 from telepresence.drive.server import Outcome
@@ -36,8 +36,9 @@ class Bench:
         self.sent: list[Answer] = []
         self.motion: SimpleNamespace | None = SimpleNamespace(send=self._send)
         self.said: list[str] = []
+        self.dropped: list[str] = []
         self.base = PepperBase(
-            SimpleNamespace(motion=lambda: self.motion, connections=0, near=True, problem=""),
+            SimpleNamespace(motion=lambda: self.motion, connections=0, near=True, problem="", drop=self.dropped.append),
             SimpleNamespace(note=self._note, stop=lambda: self.said.append("stop"), is_blind=lambda *_: False),
         )
         self.now = 0.0
@@ -146,6 +147,49 @@ def test_a_goal_that_a_stop_may_have_overtaken_is_ended():
     bench.answer("stopMove", "killMove")
     bench.step(cut=True)
     assert bench.said[-1] == "resting"
+
+
+def test_of_two_goals_the_first_may_also_begin_late():
+    bench = Bench()
+    for goal in ((1.0, 0.0, 0.0), (2.0, 0.0, 0.0)):
+        bench.step(goal=goal)
+    first, second = [call for call in bench.sent if call.name == "moveTo"]
+    bench.step(cut=True)
+    second.come = True
+    bench.answer("stopMove")
+    bench.step(cut=True)
+    bench.step(cut=True)
+    bench.answer("stopMove")
+    bench.step(cut=True)
+    assert bench.said[-1] == "moving", "the first goal has no answer"
+    first.come = True
+    for _ in range(3):
+        bench.step(cut=True)
+        bench.answer("stopMove", "killMove")
+    assert bench.said[-1] == "resting"
+
+
+def test_an_almotion_that_never_answers_a_velocity_does_not_get_stops_for_ever():
+    bench = Bench()
+    bench.step((0.2, 0.0, 0.0))
+    for _ in range(round(HANGING_TIME / PERIOD) - 1):
+        bench.step(cut=True)
+        bench.answer("stopMove", "killMove")
+    assert not bench.dropped
+    for _ in range(3):
+        bench.step(cut=True)
+    assert bench.dropped, "with the link the velocity is over, too"
+
+
+def test_a_stop_that_overtook_is_forgotten_by_who_drives_on():
+    bench = Bench()
+    bench.step((0.2, 0.0, 0.0))
+    bench.step(cut=True)
+    bench.answer("stopMove", "move")
+    for _ in range(round(2.0 * HANGING_TIME / PERIOD)):
+        bench.step((0.2, 0.0, 0.0))
+        bench.answer("move")
+    assert not bench.dropped
 
 
 def test_who_presses_stop_stops_also_a_robot_that_is_believed_to_rest():

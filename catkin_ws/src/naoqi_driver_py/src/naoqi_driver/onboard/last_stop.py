@@ -164,11 +164,13 @@ def watch(url, log):
         now = monotonic()
         if said:
             moving, heard = said[-1:] == MOVING, now
+            if stopping is not None and not stopping.asked and not stopping.begun:
+                stopping = None  # a server that is back brakes itself; later this would stop who drives again
         ended = bool(ready) and not said
         lost = STOP in said and stopping is None
         befell = "lost NAOqi" if lost else "died" if ended else "froze"
         if lost or (moving and (ended or now - heard >= SILENCE)):
-            moving, stopping = False, Stopping(link, log, now)
+            moving, stopping = False, Stopping(link, log, now, lost)
             stopping.step(now)
             log("the drive server %s: stopping the robot" % befell)  # no line comes before a stop
         elif stopping is not None:
@@ -189,16 +191,17 @@ class Stopping(object):
 
     Args:
         now: When the first one is due [s].
+        asked: The server has asked for them.
     Attributes:
         due: When `step` is needed next [s].
-        done: Both were sent.
+        begun, done: The first one was sent; both were.
     """
 
-    def __init__(self, link, log, now):
-        # type: (NaoqiLink, Callable[[str], None], float) -> None
-        self._link, self._log = link, log
+    def __init__(self, link, log, now, asked):
+        # type: (NaoqiLink, Callable[[str], None], float, bool) -> None
+        self._link, self._log, self.asked = link, log, asked
         self._owed, self._said = ["stopMove", "killMove"], ""
-        self.due, self.done = now, False
+        self.due, self.begun, self.done = now, False, False
 
     def step(self, now):
         # type: (float) -> None
@@ -214,7 +217,7 @@ class Stopping(object):
                 self._log(problem)
             return
         del self._owed[0]
-        self.done = not self._owed
+        self.begun, self.done = True, not self._owed
 
     def _call(self, name):
         # type: (str) -> None

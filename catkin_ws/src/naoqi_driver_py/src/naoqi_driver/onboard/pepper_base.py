@@ -21,7 +21,7 @@ from telepresence.robot_side.naoqi_values import NaoqiError, error_text
 
 MYPY = False
 if MYPY:
-    from typing import Any, Optional, Tuple  # noqa: F401, UP035
+    from typing import Any, List, Optional, Tuple  # noqa: F401, UP035
 
     from naoqi_driver.onboard.last_stop import LastStop  # noqa: F401
     from naoqi_driver.onboard.naoqi_link import NaoqiLink  # noqa: F401
@@ -40,6 +40,9 @@ ANSWER_TIMEOUT = 0.4
 AGAIN_PERIOD, AGAIN_TIME = 0.001, 0.05
 """Seconds after which a velocity is tried again that came while the one before was on its way, and for how long so
 often."""
+HANGING_TIME = 5.0
+"""Seconds for which a velocity may be without an answer, or stops without one that surely came last; then the link is
+torn down, with which it is over: nothing else ends it."""
 PROBE_PERIOD = 0.5
 """Seconds between two questions to an ALMotion that is not needed now: whether it answers."""
 FAULT_TIME = 1.0
@@ -77,7 +80,8 @@ class PepperBase(DrivenBase):
         self._probed = -INFINITY
         self._moving = False  # the base moves, or may move, because of us
         self._goal = None  # type: Optional[Tuple[Goal, Call]]
-        self._journey = None  # type: Optional[Call]
+        self._journeys = []  # type: List[Call]
+        self._unsure_since = INFINITY  # since when no stop surely came last
         self._stop = None  # type: Optional[Call]
         self._kill_at = INFINITY
         self._kill = None  # type: Optional[Call]
@@ -179,6 +183,7 @@ class PepperBase(DrivenBase):
             return velocity
         self._sent = velocity
         self._begin()
+        self._unsure_since = INFINITY
         if self._link.near:
             self._move = Call("move", motion.send("move", *velocity), now)
         else:
@@ -202,8 +207,9 @@ class PepperBase(DrivenBase):
             return
         if self._goal is None or self._goal[0] is not goal:
             self._begin()
-            self._journey = Call("moveTo", motion.send("moveTo", *goal.pose), now)
-            self._goal = (goal, self._journey)
+            self._unsure_since = INFINITY
+            self._goal = (goal, Call("moveTo", motion.send("moveTo", *goal.pose), now))
+            self._journeys.append(self._goal[1])
             return
         answer = self._goal[1].answer
         if answer.running():
@@ -232,12 +238,13 @@ class PepperBase(DrivenBase):
         self._begin()
         self._stop = Call("stopMove", motion.send("stopMove"), now, self._may_begin())
         self._kill_at = now + patience
+        self._unsure_since = min(self._unsure_since, now) if self._stop.overtakes else INFINITY
 
     def _may_begin(self):
         # type: () -> bool
         """Whether a motion is on its way: libqi runs calls side by side, so that one sent later may come first."""
-        journey = self._journey is not None and self._journey.answer.running()
-        return journey or (self._move is not None and self._link.near)
+        self._journeys = [journey for journey in self._journeys if journey.answer.running()]
+        return bool(self._journeys) or (self._move is not None and self._link.near)
 
     def _probe(self, motion, now):
         # type: (Optional[Service], float) -> None
@@ -273,6 +280,9 @@ class PepperBase(DrivenBase):
         for call in (self._move, self._asked):
             if call is not None and not self._link.near and now - call.sent > STALL:
                 self._link.drop("no answer for %g s" % STALL)
+        velocity = self._move.sent if self._move is not None else INFINITY
+        if self._link.near and now - min(velocity, self._unsure_since) > HANGING_TIME:
+            self._link.drop("ALMotion has not answered for %g s" % HANGING_TIME)
 
     def _problem(self, now, motion):
         # type: (float, Optional[Service]) -> str
@@ -294,7 +304,8 @@ class PepperBase(DrivenBase):
     def _forget(self):
         # type: () -> None
         """The link is another one: no answer comes any more."""
-        self._move = self._asked = self._far = self._goal = self._journey = self._stop = self._kill = None
+        self._move = self._asked = self._far = self._goal = self._stop = self._kill = None
+        self._journeys, self._unsure_since = [], INFINITY
         self._kill_at, self._moving, self._killed = INFINITY, False, False
 
 
