@@ -57,4 +57,4 @@ def test_what_runs_alone_has_the_same():
 def test_the_second_station_in_the_documentation_moves_every_port(robot):
     (line,) = re.findall(rf"^ROS_MASTER_URI=.* \./stack up {robot} (.*)", (ROOT / "docs/faults.md").read_text(), re.M)
     named = {word.partition(":=")[0] for word in line.split()}
-    assert named == {name for name in launch_arguments(robot) | OWN_SETTINGS if name.endswith("_port")}
+    assert named == {name for name in {*launch_arguments(robot), *OWN_SETTINGS} if name.endswith("_port")}
