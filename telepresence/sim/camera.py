@@ -63,8 +63,8 @@ class Feed:
 
 
 class Cameras:
-    """All cameras of one world. OpenGL starts at once, beside whoever has made this; `wait_ready` waits for it, so that
-    nothing stalls later (0.4 s). If it cannot, the first `subscribe` says why."""
+    """All cameras of one world. OpenGL starts at once, beside whoever has made this; `wait_ready` waits for it (0.4 s),
+    so that nothing stalls later. If it cannot, the first `subscribe` says why."""
 
     def __init__(self, world: World) -> None:
         self._world = world

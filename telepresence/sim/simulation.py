@@ -118,11 +118,12 @@ class Simulation:
             for robot in self.robots.values():
                 stack.callback(robot.close)
                 robot.enter(self.world, self.cameras, seed)
-            for request in requests:
-                self.robots[request.name].serve(address, request.port)
-            self.cameras.wait_ready()  # OpenGL has started beside all this
+            # Before anybody can connect: clients give a robot that listens half a second to answer.
+            self.cameras.wait_ready()
             if start:
                 self.world.start()
+            for request in requests:
+                self.robots[request.name].serve(address, request.port)
             stack.callback(SpareMemory().close)
             self._stack = stack.pop_all()
 
