@@ -37,7 +37,9 @@ PERIOD = 100
 PAUSED = 0.4
 """[s]; a look that comes later than this says that the window itself was held up, not that others are silent."""
 
-
+SETTLED = 1.0
+"""[s] for which the robot must have answered every program that has spoken, before it can fail to: at the start of a
+station a drive server without a fault may speak before a driver that still waits for the robot."""
 TAKEN_ALONG = 5.0
 """[s] for which a roslaunch that is gone is one that ran in the terminal which has just died."""
 
@@ -66,6 +68,7 @@ class FaultWatch(QObject):
         self._spoke: dict[Cause, float] = {}
         self._answers: dict[str, bool] = {}
         """Program that answers for the robot (driver or drive server) -> whether the robot answers it."""
+        self._answers_since = math.inf
         self._paused = True
         self._newest: tuple[float, str] | None = None
         self._looked_at = 0.0
@@ -131,8 +134,9 @@ class FaultWatch(QObject):
             working[Cause.STATION] = not self._link.state.unsupervised
             if now - self._terminal_failed < TAKEN_ALONG:
                 self._worked.discard(Cause.STATION)  # what it ran, a keyboard's roslaunch for one, ended with it
+        self._answers_since = min(self._answers_since, now) if working[Cause.LINK] else math.inf
         for cause, works in working.items():
-            if works:
+            if works and (cause is not Cause.LINK or now - self._answers_since >= SETTLED):
                 self._worked.add(cause)
             self._faults.notice(cause, not works and cause in self._worked, now)
 

@@ -141,6 +141,14 @@ def test_what_has_never_worked_and_what_the_pilot_ends_is_no_fault(window, link,
     assert window.controller.faults.fault is None and not window.controller.faults.recent
 
 
+def test_a_driver_that_speaks_after_its_drive_server_is_not_a_robot_that_was_lost(window, link):
+    safety(link)
+    window.controller.faults.poll()
+    lose_robot(link)
+    window.controller.faults.poll()
+    assert window.controller.faults.fault is None and window.status.chip("faults")[0] != "1 fault"
+
+
 def test_a_terminal_that_dies_takes_its_roslaunch_along(window, link, terminal, spin):
     works(window, link, spin, Cause.STATION)
     terminal.failed.emit("window terminal", "died", "opens again")
