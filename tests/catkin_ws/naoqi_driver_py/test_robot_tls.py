@@ -18,7 +18,7 @@ from naoqi_driver.connection import Address
 from naoqi_driver.onboard.pepper_base import FAR_SPEED
 from naoqi_driver.own_drive_server import OwnDriveServer
 from naoqi_driver.robot_tls import RobotTls
-from onboard_pepper import Motion, drive
+from onboard_pepper import drive
 from tcp_listener import TcpListener
 from tls_front import TlsFront, make_certificate
 
@@ -47,13 +47,6 @@ def certificates(tmp_path_factory) -> tuple[Path, Path]:
 def pins(tmp_path_factory, monkeypatch) -> None:
     """A path of ordinary length, so that reports have room for it."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("pins")))
-
-
-@pytest.fixture
-def motion(naoqi) -> Motion:
-    made = Motion()
-    naoqi.register("ALMotion", made)
-    return made
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from onboard_pepper import Motion, OnboardServer
+from onboard_pepper import OnboardServer
 
 from telepresence.security.robot_key import RobotKey
 
@@ -26,13 +26,6 @@ def maker():
 def folder(maker, tmp_path_factory) -> Path:
     made = tmp_path_factory.mktemp("pepper") / "onboard"
     assert maker.main([str(made)]) == 0
-    return made
-
-
-@pytest.fixture
-def motion(naoqi) -> Motion:
-    made = Motion()
-    naoqi.register("ALMotion", made)
     return made
 
 

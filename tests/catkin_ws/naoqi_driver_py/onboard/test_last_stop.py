@@ -105,49 +105,50 @@ def test_a_server_ends_also_when_its_second_process_is_frozen(folder, naoqi, mot
     assert not Path(f"/proc/{second}").exists()
 
 
-def test_what_could_not_be_called_is_called_when_naoqi_is_there(folder, free_port, tmp_path, until_true):
-    port, motion, session = free_port(), Motion(), qi.Session()
+@pytest.fixture
+def held_up(folder, free_port, tmp_path, until_true):
+    """A second process that owes a stop: its server was held up, and NAOqi is not there until `begin_naoqi`."""
+    port, session, said = free_port(), qi.Session(), tmp_path / "said"
     program = [sys.executable, "-S", str(folder / "drive_server.py"), "--qi-url", f"tcp://127.0.0.1:{port}"]
-    said = tmp_path / "said"
     said.touch()
     second = LastStop(["sh", "-c", f"exec {' '.join(program)} --last-stop >{said}"])
-    try:
-        second.note(True, time.monotonic())  # and nothing more: the server is frozen
-        until_true(lambda: "trying again" in said.read_text(), "there is no link")
+
+    def begin_naoqi() -> Motion:
+        motion = Motion()
         session.listenStandalone(f"tcp://127.0.0.1:{port}")
         session.registerService("ALMotion", motion)
-        until_true(lambda: motion.names() == ["stopMove", "killMove"], "the robot is stopped")
+        return motion
+
+    try:
+        second.note(True, time.monotonic())  # and nothing more
+        until_true(lambda: "trying again" in said.read_text(), "there is no link")
+        yield second, begin_naoqi
     finally:
         second.close()
         session.close()
 
 
-def test_a_stop_that_came_to_nothing_stops_nobody_who_drives_again(folder, free_port, tmp_path, until_true):
-    """The second process has no link when its server is held up for a moment; the server is back before the link."""
-    port, motion, session = free_port(), Motion(), qi.Session()
-    program = [sys.executable, "-S", str(folder / "drive_server.py"), "--qi-url", f"tcp://127.0.0.1:{port}"]
-    said = tmp_path / "said"
-    said.touch()
-    second = LastStop(["sh", "-c", f"exec {' '.join(program)} --last-stop >{said}"])
-    try:
-        second.note(True, time.monotonic())
-        until_true(lambda: "trying again" in said.read_text(), "there is no link")
+def test_what_could_not_be_called_is_called_when_naoqi_is_there(held_up, until_true):
+    _, begin_naoqi = held_up
+    motion = begin_naoqi()
+    until_true(lambda: motion.names() == ["stopMove", "killMove"], "the robot is stopped")
+
+
+def test_a_stop_that_came_to_nothing_stops_nobody_who_drives_again(held_up, until_true):
+    """The server is back before the link."""
+    second, begin_naoqi = held_up
+    second.note(False, time.monotonic())
+    motion = begin_naoqi()
+
+    def ready_after(moment: float) -> bool:
         second.note(False, time.monotonic())
-        session.listenStandalone(f"tcp://127.0.0.1:{port}")
-        session.registerService("ALMotion", motion)
-        until_true(lambda: connections(port) == 1, "it is connected")
+        return second._ready > moment
 
-        connected = time.monotonic()
-
-        def had_its_chance() -> bool:
-            second.note(False, time.monotonic())
-            return second._ready > connected + 3.0 * KILL_TIME
-
-        until_true(had_its_chance, "it has had a link for a while")
-        assert motion.names() == []
-    finally:
-        second.close()
-        session.close()
+    begun = time.monotonic()
+    until_true(lambda: ready_after(begun), "it has a link")
+    connected = time.monotonic()
+    until_true(lambda: ready_after(connected + 3.0 * KILL_TIME), "for longer than between two tries")
+    assert motion.names() == []
 
 
 def test_a_second_process_without_naoqi_is_no_safety(folder, free_port, until_true):
