@@ -181,6 +181,18 @@ def test_an_almotion_that_never_answers_a_velocity_does_not_get_stops_for_ever()
     assert bench.dropped, "with the link the velocity is over, too"
 
 
+def test_an_almotion_that_never_answers_a_goal_does_not_get_stops_for_ever():
+    bench = Bench()
+    bench.step(goal=(1.0, 0.0, 0.0))
+    for _ in range(round(HANGING_TIME / PERIOD) - 1):
+        bench.step(cut=True)
+        bench.answer("stopMove", "killMove")
+    assert not bench.dropped
+    for _ in range(3):
+        bench.step(cut=True)
+    assert bench.dropped
+
+
 def test_a_stop_that_overtook_is_forgotten_by_who_drives_on():
     bench = Bench()
     bench.step((0.2, 0.0, 0.0))
