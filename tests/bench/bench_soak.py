@@ -72,6 +72,9 @@ def parse(options: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         "--round", type=float, default=ROUND, help="seconds of a round of events (default: %(default)s)"
     )
+    parser.add_argument(
+        "--no-kills", action="store_true", help="kill nothing: each program's life is as long as the run"
+    )
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="default: soak-DATE-TIME here")
     parser.add_argument("--report", type=Path, metavar="FILE", help="only make the report of this samples.jsonl again")
     return parser.parse_args(options)
@@ -98,9 +101,10 @@ class Soak:
         self._folder, self._stop = folder, stop
         self._duration = arguments.hours * 3600.0 or arguments.minutes * 60.0
         self._seed, self._loss, self._round = arguments.seed, arguments.loss, arguments.round
+        self._kills = not arguments.no_kills
         self._period = max(SHORTEST_PERIOD, self._duration / SAMPLES)
-        about = {"seed": self._seed, "loss": self._loss, "duration": self._duration, "about": ABOUT}
-        self._recorder = Recorder(folder / "samples.jsonl", **about)
+        told = {"seed": self._seed, "loss": self._loss, "kills": self._kills, "about": ABOUT}
+        self._recorder = Recorder(folder / "samples.jsonl", duration=self._duration, **told)
         self._begin = time.monotonic()
         self._counts: dict[str, int] = {}
         self._phase = "start"
@@ -123,7 +127,7 @@ class Soak:
         programs: dict[str, Usage] = {}
         next_sample = next_progress = 0.0
         started = time.monotonic() - self._begin
-        for number, events in enumerate(rounds(self._seed, self._round)):
+        for number, events in enumerate(rounds(self._seed, self._round, self._kills)):
             begin = started + number * self._round
             while not self._stop.wait(TICK):
                 now = time.monotonic() - self._begin

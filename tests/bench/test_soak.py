@@ -90,6 +90,8 @@ def test_the_same_seed_gives_the_same_run_with_everything_in_it():
     assert {event.kind for event in first[0]} == {"phase", "drive", "say", "viewer", "kill", "cut"}
     assert all(0.0 <= event.at < schedule.ROUND for events in first for event in events)
     assert max(event.at for event in next(schedule.rounds(1, 24.0))) < 24.0
+    unharmed = next(schedule.rounds(1, kills=False))
+    assert unharmed == [event for event in first[0] if event.kind != "kill"]
 
 
 def test_a_record_that_was_cut_off_still_makes_a_report(tmp_path):

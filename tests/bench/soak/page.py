@@ -52,7 +52,7 @@ def text(record: Record, findings: Findings) -> str:
         f"# Soak: {findings.duration / 3600.0:.2f} hours",
         "",
         f"Seed {about.get('seed')}, {100 * about.get('loss', 0.0):g} % of the packets lost each way between pilot and "
-        f"robots. {about.get('about', '')}",
+        f"robots. {'' if about.get('kills', True) else 'No program is killed. '}{about.get('about', '')}",
         "",
         *(
             ["**Limits broken:**", "", *(f"* {each}" for each in findings.broken)]

@@ -30,11 +30,12 @@ class Event(NamedTuple):
     seconds: float
 
 
-def rounds(seed: int, length: float = ROUND) -> Iterator[list[Event]]:
+def rounds(seed: int, length: float = ROUND, kills: bool = True) -> Iterator[list[Event]]:
     """Yield the events of each round, with times from its beginning [s], for ever.
 
     Args:
         length: Of a round [s]; a shorter one has as many events, for tries.
+        kills: Whether programs die; otherwise each lives as long as the run, and shows whether it comes to rest.
     """
     dice = random.Random(seed)
     number = 0
@@ -49,7 +50,8 @@ def rounds(seed: int, length: float = ROUND) -> Iterator[list[Event]]:
         events.append(Event(60.0, "say", f"round {number}", 0.0))
         for _ in range(2):
             events.append(Event(dice.uniform(131.0, 150.0), "viewer", dice.choice(VIEWERS), dice.uniform(10.0, 25.0)))
-        events += [Event(at, "kill", f"{dice.random():.6f}", 0.0) for at in (172.0, 192.0)]
+        deaths = [Event(at, "kill", f"{dice.random():.6f}", 0.0) for at in (172.0, 192.0)]
+        events += deaths if kills else []
         events.append(Event(212.0, "cut", "link", dice.uniform(0.2, LONGEST_CUT)))
         yield sorted(event._replace(at=event.at * length / ROUND) for event in events)
         number += 1
