@@ -16,16 +16,19 @@ from PyQt5.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
     QApplication,
+    QComboBox,
     QFrame,
     QGridLayout,
     QLineEdit,
     QPlainTextEdit,
     QPushButton,
+    QTabBar,
     QTextEdit,
     QWidget,
 )
 
 from gui.application_events import filter_events
+from gui.driving.physical_keys import command_key, physical_key
 from gui.periodic_timer import PeriodicTimer
 from gui.styling import set_property
 from gui.theme import application
@@ -34,6 +37,7 @@ from telepresence.teleop.command_timeout import SEND_PERIOD
 from telepresence.teleop.hand_speeds import USUAL_SPEED, USUAL_TURN
 
 _TEXTS = (QLineEdit, QTextEdit, QPlainTextEdit, QAbstractSpinBox)
+_ARROWS = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Left, Qt.Key.Key_Right)
 WANTS_LETTERS = "wantsLetters"
 """Property of a widget that needs letters itself while it has the focus, so that they do not drive."""
 BOUNCE = 30
@@ -248,7 +252,7 @@ class DrivePad(QFrame):
         kind = event.type()
         if isinstance(event, QKeyEvent) and kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
             # The release of a held key counts wherever the keyboard focus is by then.
-            ends = kind == QEvent.Type.KeyRelease and (event.key() in self._pressed or event.key() in self._dropped)
+            ends = kind == QEvent.Type.KeyRelease and self._holds(physical_key(event))
             return (self._is_for_us(watched) or ends) and self._take_key(event)
         if (
             kind in (QEvent.Type.WindowDeactivate, QEvent.Type.WindowBlocked, QEvent.Type.Hide)
@@ -267,24 +271,33 @@ class DrivePad(QFrame):
             return False
         return not wants_letters(QApplication.focusWidget())
 
+    def _holds(self, source: object) -> bool:
+        return source in self._pressed or source in self._dropped
+
     def _take_key(self, event: QKeyEvent) -> bool:
         """Return True when the key is used here, so that no other widget gets it."""
-        if event.key() == Qt.Key.Key_Space and not isinstance(QApplication.focusWidget(), QAbstractButton):
-            if event.type() == QEvent.Type.KeyPress and not event.isAutoRepeat():
+        letter, key = command_key(event), physical_key(event)
+        pressed, held = event.type() == QEvent.Type.KeyPress, self._holds(key)
+        if not held and wants(QApplication.focusWidget(), letter):
+            return False
+        if letter == Qt.Key.Key_Space:
+            if pressed and not event.isAutoRepeat():
                 self._press_stop()
             return True
-        name = self._keys.get(event.key())
-        if name not in self._moves:
+        name = self._keys.get(letter)
+        # A key that is held counts until it comes up, whatever it types by then.
+        if not held and (name not in self._moves or event.modifiers() & _MODIFIERS):
             return False
         if event.isAutoRepeat():
             return True
-        if event.type() == QEvent.Type.KeyRelease:
-            self._lifted.add(event.key())
-            self._bounce.start()
-        elif event.key() in self._lifted:
-            self._lifted.remove(event.key())
-        elif not event.modifiers() & _MODIFIERS:
-            self._press(event.key(), name)
+        if not pressed:
+            if held:
+                self._lifted.add(key)
+                self._bounce.start()
+        elif key in self._lifted:
+            self._lifted.remove(key)
+        elif name in self._moves:
+            self._press(key, name)
         return True
 
     def _press_stop(self) -> None:
@@ -334,3 +347,15 @@ class DrivePad(QFrame):
 def wants_letters(widget: QWidget | None) -> bool:
     """Whether this widget needs letters itself."""
     return isinstance(widget, _TEXTS) or (widget is not None and bool(widget.property(WANTS_LETTERS)))
+
+
+def wants_arrows(widget: QWidget | None) -> bool:
+    """Whether this widget needs arrows itself: tabs or a list of choices, which only Tab brings the keyboard to."""
+    return isinstance(widget, (QTabBar, QComboBox))
+
+
+def wants(widget: QWidget | None, key: int) -> bool:
+    """Whether this widget, which does not want all letters, needs this key itself."""
+    if key == Qt.Key.Key_Space:
+        return isinstance(widget, (QAbstractButton, QComboBox))
+    return key in _ARROWS and wants_arrows(widget)

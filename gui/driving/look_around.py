@@ -18,6 +18,7 @@ from PyQt5.QtWidgets import QApplication, QPushButton, QWidget
 from gui import theme
 from gui.application_events import filter_events
 from gui.driving.drive_pad import wants_letters
+from gui.driving.physical_keys import command_key, physical_key
 from gui.periodic_timer import PeriodicTimer
 from telepresence.teleop.command_timeout import SEND_PERIOD
 from telepresence.teleop.gaze import TURNS, Gaze
@@ -75,7 +76,8 @@ class LookAround(QObject):
         self.gaze = Gaze()
         self._head: HeadState | None = None
         self._pressed: tuple[float, float, float] | None = None
-        self._keys: set[int] = set()
+        self._keys: dict[int, str] = {}
+        """Which key of the keyboard is held -> where it turns the head."""
         self._still = QTimer(self)
         self._still.setSingleShot(True)
         self._still.setInterval(STILL)
@@ -148,18 +150,17 @@ class LookAround(QObject):
         kind = event.type()
         if not isinstance(event, QKeyEvent) or kind not in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
             return False
-        key = event.key()
+        letter, key = command_key(event), physical_key(event)
         if kind == QEvent.Type.KeyRelease and key in self._keys and not event.isAutoRepeat():
-            self._keys.discard(key)
-            self.gaze.release(KEYS[key])
+            self.gaze.release(self._keys.pop(key))
             self._send()
             return True
         if kind == QEvent.Type.KeyRelease or event.modifiers() & _MODIFIERS or not self._is_for_us(watched):
             return False
-        if key not in (*KEYS, Qt.Key.Key_H, Qt.Key.Key_G):
+        if letter not in (*KEYS, Qt.Key.Key_H, Qt.Key.Key_G):
             return False
         if not event.isAutoRepeat():
-            self._take_key(key)
+            self._take_key(letter, key)
         return True
 
     # --- inside ---
@@ -169,14 +170,14 @@ class LookAround(QObject):
             return False
         return self._window.video.isVisible() and not wants_letters(QApplication.focusWidget())
 
-    def _take_key(self, key: int) -> None:
-        if key == Qt.Key.Key_H:
+    def _take_key(self, letter: int, key: int) -> None:
+        if letter == Qt.Key.Key_H:
             self.centre()
-        elif key == Qt.Key.Key_G:
+        elif letter == Qt.Key.Key_G:
             self.follow(not self.gaze.way)
         elif self._may():
-            self._keys.add(key)
-            self.gaze.hold(KEYS[key], *TURNS[KEYS[key]])
+            self._keys[key] = KEYS[letter]
+            self.gaze.hold(KEYS[letter], *TURNS[KEYS[letter]])
             self._send()
 
     def _make_buttons(self) -> tuple[QPushButton, QPushButton]:
