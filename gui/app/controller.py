@@ -109,6 +109,8 @@ class Controller(QObject):
         self.bar.guide_keys_wanted.connect(self.keys.show)
         self.views.share_changed.connect(self.driving.set_share)
         self.gamepad.looked.connect(self.looking.tilt)
+        self.keys.elsewhere.connect(self.gamepad.set_elsewhere)
+        self.keys.show()
         self.driving.sent.connect(self.views.note_sent)
         self._window.pad.dropped_changed.connect(self._on_dropped)
         self.driving.mux.block_changed.connect(self._on_block)

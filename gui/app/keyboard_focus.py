@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PyQt5 import sip
-from PyQt5.QtCore import QObject
+from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QApplication
 
-from gui.driving.drive_pad import wants_letters
+from gui.driving.drive_pad import wants_arrows, wants_letters
 from gui.styling import set_property
 from gui.theme import application
 
@@ -30,6 +30,9 @@ class KeyboardFocus(QObject):
         window, terminal: The two that may have the keyboard.
         by_movement: The robot only walks forward and backward, and no keyboard program drives it.
     """
+
+    elsewhere = pyqtSignal(bool)
+    """Whether another window has the keyboard, so that nobody may be looking at this one."""
 
     def __init__(self, window: OperatorWindow, terminal: TerminalView, by_movement: bool = False) -> None:
         super().__init__(window)
@@ -56,9 +59,12 @@ class KeyboardFocus(QObject):
             chip, note = ("Keys: elsewhere", "off"), "Keys go to another window.\nClick here: drive"
         elif wants_letters(QApplication.focusWidget()):
             chip, note = ("Keys: text field", "warn"), "Keys go into a text field.\nClick here: drive"
+        elif wants_arrows(QApplication.focusWidget()):
+            chip, note = ("Arrows: choose", "warn"), ""
         else:
             chip, note = ("Keys: drive pad", "good"), ""
         window = self._window
+        self.elsewhere.emit(not typing and not window.isActiveWindow())
         window.status.set_chip("keys", *chip, TIP)
         window.pad.set_keys_note(note)
         window.padLabel.setVisible(not note)

@@ -68,7 +68,7 @@ class RobotTab(QObject):
         Its programs and its terminal keep running."""
         self.in_front = in_front
         self.controller.conversation.set_in_front(in_front)
-        self.controller.driving.set_away("" if in_front else AWAY)
+        self.controller.driving.set_away("tab", "" if in_front else AWAY)
         feed = self.window.feedButton
         if in_front:
             feed.setChecked(feed.isChecked() or self._had_feed)

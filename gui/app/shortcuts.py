@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from PyQt5.QtCore import Qt
@@ -14,6 +15,9 @@ from gui.driving.help_overlay import HelpOverlay, Section, sections
 if TYPE_CHECKING:
     from gui.app.robot_tab import RobotTab
 
+REPEATED = ("PgUp", "PgDown")
+COVERED = "The list of keys covers the picture. Any key closes it."
+
 
 def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[], RobotTab]) -> HelpOverlay:
     """Bind the keys, and return the page that lists them.
@@ -24,6 +28,7 @@ def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[],
     """
 
     def stop_all() -> None:
+        help_overlay.shut()
         for tab in tabs:
             tab.controller.driving.red_stop()
 
@@ -35,6 +40,9 @@ def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[],
     def help_contents() -> tuple[tuple[Section, ...], bool]:
         robot = front().link.robot
         return sections(robot.by_movement, front().controller.bar.guide_keys), bool(robot.keyboard)
+
+    def cover(tab: RobotTab, covered: bool) -> None:
+        tab.controller.driving.set_away("help", COVERED if covered else "")
 
     help_overlay = HelpOverlay(window, help_contents)
     for keys, action in (
@@ -48,8 +56,11 @@ def add_shortcuts(window: QMainWindow, tabs: list[RobotTab], front: Callable[[],
     ):
         shortcut = QShortcut(QKeySequence(keys), window)
         shortcut.setContext(Qt.ShortcutContext.WindowShortcut)
+        # A key that is held asks once: of twenty stops a second the answers overtake each other.
+        shortcut.setAutoRepeat(keys in REPEATED)
         shortcut.activated.connect(action)
     for tab in tabs:
+        help_overlay.shown.connect(partial(cover, tab))
         tab.terminal.stop_typed.connect(stop_all)
         tab.controller.bar.help_wanted.connect(help_overlay.open)
     return help_overlay

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from PyQt5.QtCore import QEvent, Qt, pyqtSignal
-from PyQt5.QtWidgets import QMainWindow, QStackedWidget, QTabBar
+from PyQt5.QtGui import QKeySequence
+from PyQt5.QtWidgets import QMainWindow, QShortcut, QStackedWidget, QTabBar
 
 from gui.driving.drive_pad import DrivePad
 from gui.widgets.label import caption, tip
@@ -38,6 +40,8 @@ class RobotTabs(QMainWindow):
             page.address.setAccessibleName(f"Address of {title}")
             self._tabs.append(self._make_tabs([title for title, _ in pages]))
             page.put_tabs(self._tabs[-1])
+        for index in range(len(pages)):
+            QShortcut(QKeySequence(f"Ctrl+{index + 1}"), self).activated.connect(partial(self.choose, index))
         self.setMinimumSize(self.pages[0].minimumSize())
         self.setCentralWidget(self._stack)
         self._show_tabs()

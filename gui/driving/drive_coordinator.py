@@ -53,7 +53,7 @@ class DriveCoordinator(QObject):
         super().__init__(window)
         self._window, self._link, self._access, self._controls = window, link, access, controls
         self._gate_stopped = ""
-        self._away = ""
+        self._away: dict[str, str] = {}
         self._share = 1.0
         self._zeros_left = 0
         self._zeros = PeriodicTimer(ZERO_PERIOD, self._send_zero, self)
@@ -96,7 +96,7 @@ class DriveCoordinator(QObject):
         """Find out what forbids driving, and show it: a pad that does nothing must say why."""
         link, state, passing = self._link, self._link.state, False
         if self._away:
-            reason = self._away
+            reason = next(iter(self._away.values()))
         elif not state.joined:
             reason = "Driving needs a ROS master. Press Roscore start."
         elif not state.driver:
@@ -120,9 +120,11 @@ class DriveCoordinator(QObject):
         self._window.padLabel.setText("off" if reason else "hold to drive")
         self._window.padLabel.setToolTip(reason)
 
-    def set_away(self, reason: str) -> None:
-        """Do not drive this robot from this window for a reason, until it is an empty string again."""
-        self._away = reason
+    def set_away(self, what: str, reason: str) -> None:
+        """Do not drive this robot from this window because of what is in front of it, until the reason is empty."""
+        self._away.pop(what, None)
+        if reason:
+            self._away[what] = reason
         self.mux.release_all()
         self.update_block()
 
@@ -142,7 +144,7 @@ class DriveCoordinator(QObject):
         """Send one zero through drive_lease; past it, where that takes none of this window's commands."""
         if self._access.mine:
             self.mux.stop()
-        else:
+        elif not self._away:  # the pad of a robot in the back is heard there as well
             self.stop()
             self.said.emit("This window does not have the robot, which only stands for a moment: Esc stops it.", "warn")
 
@@ -162,7 +164,9 @@ class DriveCoordinator(QObject):
             self._access.ask("reset_stop")
 
     def restart_simulation(self) -> None:
-        """Reset the simulated world."""
+        """Reset the simulated world, of the robot in front: one gamepad is heard by all."""
+        if self._away:
+            return
         if not self._access.mine:
             self.said.emit(self._access.obstacle() or "Only the pilot can restart the simulation.", "warn")
             return

@@ -31,6 +31,7 @@ FAST = 2.0
 """Factor of the speed while RB is held."""
 HALF_TILT = 0.5
 """Deflection of cross or left stick from which the robot walks without LB."""
+ELSEWHERE = "Another window is in front, so the gamepad does not drive. Click this one."
 SILENCE = 1.0
 """[s] without a message from a remote pad after which it counts as lost."""
 
@@ -99,7 +100,7 @@ class Gamepad(QObject):
         self._known = 0
         """So many buttons were known at the last tick."""
         self._received_at: float | None = None
-        self._block = ""
+        self._block, self._elsewhere = "", False
         self._driving = self._looks = False
         self._pressed_at: float | None = None
         self._state: JoystickState | None = None
@@ -167,6 +168,18 @@ class Gamepad(QObject):
         self._block = reason
         if reason:
             self.release_all()
+
+    def set_elsewhere(self, elsewhere: bool) -> None:
+        """Do not drive while the pilot may be looking at another window, which the pad may be meant for, too."""
+        if elsewhere and not self._elsewhere:
+            self.release_all()
+        self._elsewhere = elsewhere
+
+    @property
+    def _obstacle(self) -> str:
+        """Why the pad does not drive; empty when it does."""
+        # A robot that is driven without LB is simulated, and seen in a window of its own.
+        return self._block or (ELSEWHERE if self._elsewhere and not self.direct else "")
 
     def _poll(self) -> None:
         paths = [Path(self._path)] if self._path else sorted(Path("/dev/input").glob("js*"))
@@ -251,7 +264,7 @@ class Gamepad(QObject):
         """Return what to send, and whether LB lets it drive."""
         velocity = self._mapping.command(now)
         held = self._is_down(self._layout.LB)
-        if self._block and held:
+        if self._obstacle and held:
             self._mapping.lose()
             velocity = None
         return velocity, velocity is not None and held and self._mapping.armed
@@ -288,9 +301,9 @@ class Gamepad(QObject):
             if 0 in pressed:
                 self.restart_wanted.emit()
             return
-        if self._block and self._layout.LB in pressed:
-            self.blocked.emit(self._block)
-        if not self._is_down(0):
+        if self._obstacle and self._layout.LB in pressed:
+            self.blocked.emit(self._obstacle)
+        if not self._is_down(0) or self._elsewhere:
             self._pressed_at = None
         elif 0 in pressed:
             self._pressed_at = now
@@ -307,8 +320,8 @@ class Gamepad(QObject):
             progress = min(1.0, (time.monotonic() - self._pressed_at) / RESTART_HOLD)
         if self._driving:
             note = "Drives."
-        elif self._block:
-            note = self._block
+        elif self._obstacle:
+            note = self._obstacle
         elif self.direct:
             note = "Cross or left stick up and down walk; let go to stop. Button 0 restarts."
         elif self._is_down(self._layout.LB):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PyQt5.QtCore import QEvent, QObject, Qt
+from PyQt5.QtCore import QEvent, QObject, Qt, pyqtSignal
 from PyQt5.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
@@ -45,7 +45,8 @@ GENERAL: tuple[Section, ...] = (
             ("F1", "this page"),
             ("F4", "fold the lower right away, or back"),
             ("F6", "keys go to the terminal, or back here"),
-            ("Tab", "to the buttons; Space presses them"),
+            ("Tab", "to buttons and choices: Space, arrows"),
+            ("Ctrl+1, 2", "the robot in that tab"),
             ("Ctrl+Q", "exit"),
         ),
     ),
@@ -86,12 +87,15 @@ def sections(by_movement: bool, guide_keys: bool) -> tuple[Section, ...]:
 
 
 class HelpOverlay(QFrame):
-    """Covers its parent until a key or a click closes it. It has the focus meanwhile, so no key drives.
+    """Covers its parent until a key or a click closes it. Nothing drives meanwhile.
 
     Args:
         parent: The window.
         contents: Returns what to list when the page is opened, and whether keys typed in the terminal drive.
     """
+
+    shown = pyqtSignal(bool)
+    """It covers the window from now on, or no more."""
 
     def __init__(self, parent: QWidget, contents: Callable[[], tuple[tuple[Section, ...], bool]]) -> None:
         super().__init__(parent)
@@ -114,6 +118,7 @@ class HelpOverlay(QFrame):
         self.show()
         self.raise_()
         self.setFocus()
+        self.shown.emit(True)
 
     def _fill(self) -> None:
         """Make the card anew: what the keys do may have changed."""
@@ -140,7 +145,10 @@ class HelpOverlay(QFrame):
 
     def shut(self) -> None:
         """Hide the page and return the focus."""
+        if not self.isVisible():
+            return
         self.hide()
+        self.shown.emit(False)
         if self._before is not None:
             self._before.setFocus()
 
@@ -155,6 +163,11 @@ class HelpOverlay(QFrame):
         if event.type() == QEvent.Type.Resize and self.isVisible():
             self.setGeometry(self._covered.rect())
         return False
+
+    def focusNextPrevChild(self, forward: bool) -> bool:
+        """Close the page as any key does: Tab would go to a button beneath it."""
+        self.shut()
+        return True
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if not event.isAutoRepeat():

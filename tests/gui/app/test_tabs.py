@@ -38,7 +38,7 @@ def tabs(robots, spin):
 
     def change(chosen):
         for index, (_, _, controller) in enumerate(robots):
-            controller.driving.set_away("" if index == chosen else AWAY)
+            controller.driving.set_away("tab", "" if index == chosen else AWAY)
 
     tabs.changed.connect(change)
     change(0)
@@ -62,6 +62,23 @@ def test_a_click_on_a_tab_changes_the_robot(tabs):
     bar = tabs._tabs[0]
     QTest.mouseClick(bar, Qt.LeftButton, pos=bar.tabRect(1).center())
     assert tabs.current == 1 and tabs.pad is tabs.pages[1].pad
+
+
+def test_ctrl_and_a_number_choose_a_robot(tabs):
+    QTest.keyClick(tabs, Qt.Key_2, Qt.ControlModifier)
+    assert tabs.current == 1
+    QTest.keyClick(tabs, Qt.Key_1, Qt.ControlModifier)
+    assert tabs.current == 0
+
+
+def test_a_gamepad_restarts_and_stops_only_what_is_in_front(tabs, robots):
+    (_, first, controller), (_, second, behind) = robots
+    second.report_lease(pilot="ben", window="/other")
+    for each in (controller, behind):
+        each.gamepad.stop_pressed.emit()
+        each.gamepad.restart_wanted.emit()
+    assert set(first.driven) == {(0.0, 0.0, 0.0)} and ("restart_simulation",) in first.called
+    assert second.driven == [] and ("restart_simulation",) not in second.called
 
 
 def test_keys_drive_only_the_robot_in_front(tabs, robots, spin):

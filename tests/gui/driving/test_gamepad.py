@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from gui.driving.gamepad import RESTART_HOLD, Gamepad
+from gui.driving.gamepad import ELSEWHERE, RESTART_HOLD, Gamepad
 from gui.driving.gamepad_view import GamepadView
 from gui.driving.input_mux import InputMux
 from gui.ros.channels import Channel
@@ -240,3 +240,30 @@ def test_without_lb_up_and_down_walk_and_button_0_restarts_at_once(pad, spin, ax
     pad.plug.send((AXIS, axis, -32767))
     spin(lambda: pad.sent[-1][0] > 0.0, "and drives again")
     assert pad.happened.count(("restart_wanted",)) == 1
+
+
+def test_a_pad_of_a_window_behind_others_drives_nothing_and_still_stops(pad, spin):
+    pad.set_elsewhere(True)
+    pad.plug.send((AXIS, 1, -32767), (BUTTON, LB, 1))
+    spin(lambda: any(name == "blocked" for name, *_ in pad.happened), "it says why")
+    assert not any(map(any, pad.sent)) and not pad.keeps_control and ELSEWHERE in pad.state.note
+    pad.plug.send((BUTTON, B, 1), (BUTTON, B, 0))
+    spin(lambda: ("stop_pressed",) in pad.happened, "B stops")
+    pad.set_elsewhere(False)
+    assert not any(map(any, pad.sent)), "LB is pressed again first"
+    pad.plug.send((BUTTON, LB, 0))
+    spin(lambda: not pad.state.buttons[LB], "LB is up")
+    pad.plug.send((BUTTON, LB, 1))
+    spin(lambda: pad.sent and any(pad.sent[-1]), "it drives")
+    pad.set_elsewhere(True)
+    spin(lambda: pad.sent[-1] == ZERO, "it stops when another window comes to the front")
+
+
+def test_button_0_of_a_window_behind_others_restarts_nothing(pad, spin, monkeypatch):
+    monkeypatch.setattr("gui.driving.gamepad.RESTART_HOLD", 0.0)
+    pad.set_elsewhere(True)
+    pad.plug.send((BUTTON, 0, 1))
+    spin(lambda: pad.state.buttons[0], "it is down")
+    pad.plug.send((BUTTON, B, 1))
+    spin(lambda: ("stop_pressed",) in pad.happened, "a tick later")
+    assert ("restart_wanted",) not in pad.happened

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QLabel, QWidget
+from PyQt5.QtWidgets import QLabel, QLineEdit, QPushButton, QWidget
 
 from gui.driving.help_overlay import HelpOverlay, sections
 
@@ -42,3 +42,18 @@ def test_the_walker_has_keys_of_its_own(page):
     keys = listed(page)
     assert "W  S   ↑  ↓" in keys and "button 0" in keys
     assert "A  D" not in keys and "LB" not in keys and not any("<b>" in cap for cap in keys)
+
+
+def test_tab_closes_it_as_any_key_does_and_reaches_nothing_beneath(page, spin):
+    window = page.parentWidget()
+    field, beneath = QLineEdit(window), QPushButton(window)
+    for widget in (field, beneath):
+        widget.show()
+    window.activateWindow()
+    field.setFocus()
+    spin(field.hasFocus, "somebody types")
+    shown = []
+    page.shown.connect(shown.append)
+    page.open()
+    QTest.keyClick(page, Qt.Key_Tab)
+    assert not page.isVisible() and field.hasFocus() and shown == [True, False]
