@@ -82,7 +82,7 @@ class Controller(QObject):
         self.keys = KeyboardFocus(window, terminal, link.robot.by_movement)
         self.session = RobotSession(window, link, terminal, self.keys, sign_in)
         self.conversation = Conversation(link, self.access)
-        self.views = Views(window, link)
+        self.views = Views(window, link, self.access)
         self.driving.mux.add(self.views.floor_drive)
         self.looking = LookAround(
             window, link, self.access, self.views.floor_drive, lambda: self.driving.mux.block, lambda: self.views.lens
@@ -167,7 +167,6 @@ class Controller(QObject):
         self.access.sign_in(account)
         for button in (self._window.roscoreButton, self._window.sessionButton, self._window.address):
             button.setEnabled(self.access.is_pilot)
-        self._window.gate.set_may_switch(self.access.is_pilot)
         self._pause_faults()
         self._on_state(self._link.state)
 
@@ -213,9 +212,10 @@ class Controller(QObject):
         self._advise()
 
     def stop(self) -> None:
-        """Stop the robot, and what runs in the terminal's session."""
+        """Stop the robot, and what runs in the terminal's session if that is this pilot's to end."""
         self.driving.stop()
-        self.session.stop()
+        if self.access.is_pilot:
+            self.session.stop()
         self._pause_faults()
 
     # --- what the link reports ---
@@ -231,6 +231,7 @@ class Controller(QObject):
     def _on_access(self) -> None:
         """Say it when this window gets the robot, or nobody has it any more; who takes it is said elsewhere."""
         lease = self.access.state
+        self._window.gate.set_may_switch(self.access.mine)
         if self.access.mine != self._drove and (self.access.mine or lease is None or not lease.pilot):
             self._advise()
         self._drove = self.access.mine

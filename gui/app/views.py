@@ -27,6 +27,7 @@ from telepresence.teleop.camera_view import NO_PICTURE, camera_view
 from telepresence.teleop.floor_projection import scaled_to
 
 if TYPE_CHECKING:
+    from gui.driving.drive_access import DriveAccess
     from gui.ros.link import RosLink
     from gui.window import OperatorWindow
 
@@ -46,7 +47,7 @@ CLOCKS_DIFFER = 5.0
 
 
 class Views(QObject):
-    """Shows what one robot publishes.
+    """Shows what one robot publishes, and passes on what is asked of it: only of whoever has it.
 
     Attributes:
         floor_drive: Input device that drives to the place the pilot points at; to be added to the `InputMux`.
@@ -57,9 +58,9 @@ class Views(QObject):
     share_changed = pyqtSignal(float)
     """The share of the speed that the link's delay allows, 0 to 1."""
 
-    def __init__(self, window: OperatorWindow, link: RosLink) -> None:
+    def __init__(self, window: OperatorWindow, link: RosLink, access: DriveAccess) -> None:
         super().__init__(window)
-        self._window, self._link = window, link
+        self._window, self._link, self._access = window, link, access
         self.robot = link.robot
         self._lens: Lens | None = None
         self._more: Callable[[QPainter, float, float], None] | None = None
@@ -172,25 +173,42 @@ class Views(QObject):
         ):
             if link.has(name):
                 switch = ServiceSwitch(link, name, quiet, self, repeat)
-                signal.connect(switch.turn)
+                signal.connect(partial(self._turn, switch, None if name == "set_careful" else quiet))
                 switch.answered.connect(show)
                 switch.late.connect(lambda text: self.said.emit(text, "warn"))
         for name, signal in (("microphone", sound.microphone_chosen), ("speaker", sound.speaker_chosen)):
             if link.has(name):
                 signal.connect(partial(self._choose_device, name))
 
+    def _refusal(self) -> str:
+        """Why nothing is asked of the robot by this window; empty when it has the robot."""
+        return "" if self._access.mine else self._access.obstacle()
+
+    def _turn(self, switch: ServiceSwitch, silent: bool | None, wanted: bool) -> None:
+        """Turn a switch. To its `silent` position anybody may: nobody is heard against their will."""
+        refusal = self._refusal()
+        if refusal and wanted is not silent:
+            self._window.sound.show_settings()
+            self.said.emit(refusal, "warn")
+        else:
+            switch.turn(wanted)
+
     def _say(self, text: str) -> None:
-        panel = self._window.robotPanel
-        if not self._link.state.master:
+        panel, refusal = self._window.robotPanel, self._refusal()
+        if self._link.state.driver and refusal:
+            panel.refuse(text, refusal)
+        elif not self._link.state.master:
             panel.refuse(text, "There is no ROS master, so the robot cannot say this. Press Roscore start.")
         elif not self._link.is_heard("say") or not self._link.send("say", text):
             panel.refuse(text, f"No program listens to {self._link.resolve('speech')}, so the robot does not say this.")
 
     def _take_posture(self, name: str) -> None:
-        panel = self._window.robotPanel
+        panel, refusal = self._window.robotPanel, self._access.obstacle()
         title = dict(self.robot.postures)[name]
         panel.answer(f"{title} …")
-        if name in ("wakeup", "rest"):
+        if self._link.state.driver and refusal:  # that of the red stop, too: the robot moves
+            panel.answer(refusal)
+        elif name in ("wakeup", "rest"):
             self._link.call(name, then=lambda answer: panel.answer("Done." if answer.ok else answer.text))
         elif not self._link.state.master:
             panel.answer("There is no ROS master. Press Roscore start.")
@@ -198,7 +216,10 @@ class Views(QObject):
             panel.answer("No program of the robot takes postures: pose_manager does not run, or is not ready yet.")
 
     def _choose_device(self, name: str, device: str) -> None:
-        self._link.send(name, device)
+        if refusal := self._refusal():
+            self.said.emit(refusal, "warn")
+        else:
+            self._link.send(name, device)
 
     def _show_answer(self, answer: Answer) -> None:
         self.said.emit(answer.text, "info" if answer.ok else "warn")

@@ -25,7 +25,7 @@ CAREFUL_TIP = (
     "While the robot drives, its body turns 22° to and fro: nine beams then see all around. "
     "The picture sways; the robot goes where you steer."
 )
-WATCHES = "Only a pilot switches this."
+WATCHES = "Only whoever drives switches this."
 WORDS = {
     "clear": "Way is free", "no command": "Ready", "limited": "Slowed", "blocked": "Blocked", "bumped": "Bumped",
     "stopped": "Stopped", "sensor stale": "Sensor lost", "fault": "Fault",
