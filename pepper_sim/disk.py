@@ -11,6 +11,8 @@ from pathlib import Path, PurePosixPath
 from telepresence.temporary_folder import TemporaryFolder
 
 HOME = "/home/nao"
+APPS = f"{HOME}/.local/share/PackageManager/apps"
+"""Where installed packages are."""
 
 
 class RobotDisk:
@@ -39,6 +41,18 @@ class RobotDisk:
         if ".." in inside.parts:
             raise ValueError(f"the file name {name!r} must not hold '..'")
         return self.root.joinpath(*inside.parts[1:])
+
+    def output(self, name: str) -> Path:
+        """Return where a service writes the file `name` that a client has named: nowhere among installed packages,
+        whose programs run on this machine.
+
+        Raises:
+            ValueError: As `path`, or it lies there.
+        """
+        path = self.path(name)
+        if path.resolve().is_relative_to(self.path(APPS).resolve()):
+            raise ValueError(f"{name!r} lies among installed packages, where only PackageManager writes")
+        return path
 
     def close(self) -> None:
         """Remove the disk and everything on it, unless it is to be kept."""

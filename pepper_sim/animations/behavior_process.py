@@ -32,7 +32,7 @@ class BehaviorProcess:
         self._ended = ended
         self._stopped = False
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "pepper_sim.animations.behavior_program", str(file), behavior],
+            [sys.executable, "-P", "-m", "pepper_sim.animations.behavior_program", str(file), behavior],
             cwd=file.parent,
             env=environment(url),
             stdin=subprocess.DEVNULL,

@@ -13,8 +13,8 @@ from pepper_sim.dialog.answers import unknown_functions
 from pepper_sim.dialog.conversation import Conversation
 from pepper_sim.dialog.nodes import Topic, TopicError
 from pepper_sim.dialog.reader import read_topic
-from pepper_sim.disk import RobotDisk
-from pepper_sim.naoqi.installed_packages import APPS, Package
+from pepper_sim.disk import APPS, RobotDisk
+from pepper_sim.naoqi.installed_packages import Package
 from pepper_sim.naoqi.service import ServiceError, shown
 
 log = logging.getLogger(__name__)

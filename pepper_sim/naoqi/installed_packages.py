@@ -18,14 +18,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from pepper_sim.disk import RobotDisk
+from pepper_sim.disk import APPS, RobotDisk
 
 BUILT_IN_BEHAVIORS = ("robotvideo/behaviour", ".lastUploadedChoregrapheBehavior/behavior_1")
 """The activity of the report's own package, and where Choregraphe puts what it uploads."""
-APPS = "/home/nao/.local/share/PackageManager/apps"
-"""Where the robot's disk holds installed packages."""
 ICON = "icon.png"
 """Where a package holds its icon, as Choregraphe puts it there."""
+UNTRUSTED = (
+    "somebody else than the user of this simulated robot has installed it, and its programs would run on this "
+    "computer. Start the robot with --package FILE"
+)
 MAX_BYTES = 100_000_000
 """What a package may unpack to."""
 
@@ -37,12 +39,14 @@ class ServiceProgram:
     Args:
         name: "package.service".
         command: As in the manifest, relative to `folder`.
+        trusted: See `Package`.
     """
 
     name: str
     command: str
     folder: Path
     package: str
+    trusted: bool = True
 
 
 @dataclass(frozen=True)
@@ -67,13 +71,18 @@ class Behavior:
 
 @dataclass(frozen=True)
 class Package:
-    """An installed package."""
+    """An installed package.
+
+    Args:
+        trusted: Whoever runs the simulated robot has installed it, so its programs may run: they do as this user.
+    """
 
     uuid: str
     version: str
     folder: Path
     contents: tuple[Behavior, ...]
     services: tuple[ServiceProgram, ...]
+    trusted: bool = True
 
     @property
     def behaviors(self) -> tuple[str, ...]:
@@ -136,9 +145,15 @@ class InstalledPackages:
         """Call `watcher` with a package's behaviours before and after it was installed, replaced or removed."""
         self._watchers.append(watcher)
 
-    def install(self, file: Path) -> Package:
+    def may_run(self, behavior: str) -> bool:
+        """Whether the scripts of a behaviour may run; see `Package`."""
+        return all(package.trusted for package in self.packages if behavior in package.behaviors)
+
+    def install(self, file: Path, trusted: bool = True) -> Package:
         """Install a package, replacing an older one of the same name.
 
+        Args:
+            trusted: See `Package`.
         Raises:
             ValueError: It is no such package; the text says why.
         """
@@ -154,7 +169,7 @@ class InstalledPackages:
                 archive.extractall(folder)
         except (OSError, KeyError, zipfile.BadZipFile, ElementTree.ParseError) as error:
             raise ValueError(f"{file.name} is no package: {error}") from None
-        package = _read(root, uuid, folder)
+        package = _read(root, uuid, folder, trusted)
         with self._lock:
             replaced = self._packages.pop(uuid, None)
             self._packages[uuid] = package
@@ -197,13 +212,13 @@ def _check(archive: zipfile.ZipFile) -> None:
             raise ValueError(f"it holds a file {file.filename!r} outside its folder")
 
 
-def _read(root: ElementTree.Element, uuid: str, folder: Path) -> Package:
+def _read(root: ElementTree.Element, uuid: str, folder: Path, trusted: bool) -> Package:
     contents = tuple(_behavior(content, uuid, folder) for content in root.iterfind("contents/behaviorContent"))
     services = tuple(
-        ServiceProgram(f"{uuid}.{service.get('name')}", service.get("execStart", ""), folder, uuid)
+        ServiceProgram(f"{uuid}.{service.get('name')}", service.get("execStart", ""), folder, uuid, trusted)
         for service in root.iterfind("services/service")
     )
-    return Package(uuid, root.get("version", ""), folder, contents, services)
+    return Package(uuid, root.get("version", ""), folder, contents, services, trusted)
 
 
 def _behavior(content: ElementTree.Element, uuid: str, folder: Path) -> Behavior:

@@ -82,7 +82,7 @@ class RecognitionContexts:
         one_of(language, LANGUAGES, "language")
         text = self._text(pathToInputBNFFile)
         self._grammar(text, pathToInputBNFFile)
-        target = self._disk.path(pathToOutputLCFFile)
+        target = self._disk.output(pathToOutputLCFFile)
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(COMPILED + text, encoding="utf-8")
 

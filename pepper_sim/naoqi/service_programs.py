@@ -16,7 +16,8 @@ from typing import Any
 
 from pepper_sim import robot_python
 from pepper_sim.naoqi.client_services import ClientServices
-from pepper_sim.naoqi.installed_packages import InstalledPackages, ServiceProgram
+from pepper_sim.naoqi.installed_packages import UNTRUSTED, InstalledPackages, ServiceProgram
+from pepper_sim.naoqi.service import ServiceError
 
 log = logging.getLogger(__name__)
 
@@ -58,7 +59,12 @@ class ServicePrograms:
         packages.on_removed(self._end_removed)
 
     def start(self, program: ServiceProgram) -> bool:
-        """Start a program unless it runs; false if there is no such program."""
+        """Start a program unless it runs; false if there is no such program.
+
+        Raises: ServiceError: It must not run.
+        """
+        if not program.trusted:
+            raise ServiceError(f"{program.name} does not start: {UNTRUSTED}")
         words = shlex.split(program.command)
         if words and Path(words[0]).name.startswith("python"):
             words[0] = sys.executable  # the robot's own is Python 2.7 with its own qi

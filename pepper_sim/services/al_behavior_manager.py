@@ -22,7 +22,7 @@ from pepper_sim.animations.generator import playable
 from pepper_sim.animations.stage import JointStage
 from pepper_sim.animations.timeline import read_qianim
 from pepper_sim.naoqi.client_services import ClientServices
-from pepper_sim.naoqi.installed_packages import InstalledPackages
+from pepper_sim.naoqi.installed_packages import UNTRUSTED, InstalledPackages
 from pepper_sim.naoqi.motion.joints import Knots, MotionJoints
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 from pepper_sim.naoqi.tasks import Alarm, Workers
@@ -281,6 +281,8 @@ class ALBehaviorManager(Module):
             return lambda run: self._move(run, timeline.curves, timeline.knots)
         root = read_behavior(file)
         if any(box.script for box in root.all()):
+            if not self._packages.may_run(behavior):
+                raise ServiceError(f"behavior '{behavior}' holds scripts, which do not run: {UNTRUSTED}")
             return lambda run: self._run_process(run, behavior, file)
         return lambda run: self._run_flow(run, behavior, Flow(root, JointStage(self._joints, self._alarm)))
 

@@ -309,7 +309,7 @@ class ALDialog(Module):
         if found is None:
             raise ServiceError(f"topic '{topic}' is not loaded in {shown(language)[1:-1]}")
         sentences = self._conversation.sentences(found)
-        path = self._disk.path(destination)
+        path = self._disk.output(destination)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("".join(f"{sentence}\n" for sentence in sentences), encoding="utf-8")
 

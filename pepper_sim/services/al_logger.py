@@ -74,7 +74,7 @@ class ALLogger(Module):
     @remote("v(s)")
     def logInFile(self, fileName: str) -> None:
         """Writes the log into a file of the robot's disk, too; its name is relative to NAOqi's folder."""
-        path = self._disk.path(f"{_FOLDER}/{fileName}")
+        path = self._disk.output(f"{_FOLDER}/{fileName}")
         path.parent.mkdir(parents=True, exist_ok=True)
         self._take_file_off()
         handler = logging.FileHandler(path)

@@ -118,7 +118,7 @@ class ALPhotoCapture(CameraChoice):
         file = PurePosixPath(HOME, folder, name)
         if file.suffix.lstrip(".").lower() not in FORMATS:
             file = file.with_name(f"{name}.{self._format}")
-        self._disk.path(str(file))
+        self._disk.output(str(file))
         return file
 
     def _start(self, files: list[PurePosixPath], overwrite: bool) -> concurrent.futures.Future:

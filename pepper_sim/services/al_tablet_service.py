@@ -14,8 +14,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from pepper_sim.disk import RobotDisk
-from pepper_sim.naoqi.installed_packages import APPS
+from pepper_sim.disk import APPS, RobotDisk
 from pepper_sim.naoqi.service import NAOQI_VERSION, Service, one_of, remote, within
 from pepper_sim.naoqi.tasks import Alarm
 from pepper_sim.tablet.http_fetch import ROBOT_HOST

@@ -112,7 +112,7 @@ class ALTextToSpeech(Module):
     def sayToFile(self, pStringToSay: str, pFileName: str) -> concurrent.futures.Future:
         """Says a text into a .wav or .raw file on the robot's disk: 16 bits, one channel, 22050 Hz (Asian: 16000)."""
         text, style = self._prepare(pStringToSay, self._language)
-        target = self._disk.path(pFileName)
+        target = self._disk.output(pFileName)
         return self._workers.run(self._write, text, style, target, LANGUAGES[self._language].rate)
 
     @remote("v()")

@@ -88,7 +88,7 @@ class ALVideoRecorder(CameraChoice):
         if self._format == "MJPG" and self._rate < _SLOWEST_MJPG:
             raise ServiceError(f"MJPG videos have more than {_SLOWEST_MJPG - 1} pictures per second")
         file = PurePosixPath(HOME, folderPath, fileName if fileName.endswith(".avi") else f"{fileName}.avi")
-        path = self._disk.path(str(file))
+        path = self._disk.output(str(file))
         with self._lock:
             if self._recording is not None:
                 raise ServiceError("a video is being recorded already")

@@ -71,7 +71,7 @@ class ALVisionRecognition(PictureExtractor):
         path, name = databasePath or DATABASES, databaseName or _DEFAULT_NAME
         if not path.startswith("/") or "/" in name:
             raise ServiceError("databasePath must be absolute, and databaseName the name of a folder in it")
-        folder = self._disk.path(f"{path}/{name}")
+        folder = self._disk.output(f"{path}/{name}")
         with self._lock:
             try:
                 self._objects = self._load(folder)

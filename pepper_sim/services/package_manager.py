@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import ipaddress
 from typing import Any
 
-from pepper_sim.disk import RobotDisk
-from pepper_sim.naoqi.installed_packages import APPS, InstalledPackages, Package
+from pepper_sim.disk import APPS, RobotDisk
+from pepper_sim.naoqi.installed_packages import InstalledPackages, Package
 from pepper_sim.naoqi.service import Service, ServiceError, remote, shown
+from telepresence.naoqi.connection import Connection
+from telepresence.naoqi.incoming_call import caller
 from telepresence.naoqi.signals import Signal
+from telepresence.security import local_users
 
 
 class PackageManager(Service):
@@ -30,7 +34,7 @@ class PackageManager(Service):
     def install(self, path: str) -> bool:
         """Installs a package from a file of the robot's disk; true, or an error that says what is wrong with it."""
         try:
-            package = self._packages.install(self._disk.path(path))
+            package = self._packages.install(self._disk.path(path), trusted=_is_users_own(caller()))
         except ValueError as error:
             raise ServiceError(str(error)) from None
         for signal in (self.onPackageInstalled, self.packageInstalled):
@@ -105,6 +109,14 @@ class PackageManager(Service):
             if package.uuid == uuid:
                 return package
         raise ServiceError(f"package '{shown(uuid)[1:-1]}' is not installed")
+
+
+def _is_users_own(connection: Connection | None) -> bool:
+    """Whether the user of this program asks, and not somebody else of this computer or from the network."""
+    if connection is None or connection.ends is None:
+        return True  # from within this program
+    peer, own = connection.ends
+    return ipaddress.ip_address(peer[0].partition("%")[0]).is_loopback and local_users.is_own(peer, own)
 
 
 def _info(package: Package) -> dict[str, Any]:

@@ -56,6 +56,7 @@ class Connection:
     Attributes:
         peer: Address of the other end, for people.
         url: What was dialled, "" if the other end did.
+        ends: Addresses of both ends of its TCP connection as `socket` has them, the peer's first; None without one.
         here, there: Address of this end, and of the other one if it was dialled.
         local, remote: Capabilities announced by either end.
         lookup: Set by the owner: (service, object) -> the object served there, or None.
@@ -77,7 +78,8 @@ class Connection:
         self.dialect = dialect
         self.peer = peer
         self.url = ""
-        self.here = _local_host(stream)
+        self.ends = _ends(stream)
+        self.here = str(self.ends[1][0]) if self.ends is not None else ""
         self.there = ""
         self.dialled = dialled
         self.local = dict(capabilities)
@@ -379,12 +381,13 @@ def _check_later(reference: weakref.ref[Connection]) -> None:
         reactor().call_later(_CHECK_S, _check_later, reference)
 
 
-def _local_host(stream: socket.socket) -> str:
+def _ends(stream: socket.socket) -> tuple[tuple[Any, ...], tuple[Any, ...]] | None:
     try:
-        name = stream.getsockname()
-        return str(name[0]) if isinstance(name, tuple) else ""  # a pair of sockets inside a process has no host
+        peer, own = stream.getpeername(), stream.getsockname()
     except OSError:
-        return ""
+        return None
+    # A pair of sockets inside a process has no addresses.
+    return (peer, own) if isinstance(peer, tuple) and isinstance(own, tuple) else None
 
 
 def _after_fork() -> None:

@@ -23,11 +23,17 @@ log = logging.getLogger(__name__)
 
 QUICK_BYTES = 16 * 1024
 """Calls with longer arguments are not answered on the reactor's thread, which serves everybody."""
+_calling = threading.local()
 _CANCELED_TEXT = "Call has been canceled."
 
 
 class NotNow(Exception):
     """Raised by a method's quick answer: it would have to wait, so a worker is to run the method."""
+
+
+def caller() -> Connection | None:
+    """Return the connection whose call this thread carries out; None for a call from within this program."""
+    return getattr(_calling, "connection", None)
 
 
 class Method(NamedTuple):
@@ -101,10 +107,14 @@ class Call:
         wanted = ""
         try:
             arguments, wanted = self._arguments()
-            if method.connection_first:
-                result = method.function(connection, *arguments)
-            else:
-                result = method.function(*arguments)
+            before, _calling.connection = caller(), connection
+            try:
+                if method.connection_first:
+                    result = method.function(connection, *arguments)
+                else:
+                    result = method.function(*arguments)
+            finally:
+                _calling.connection = before
         except Exception as error:  # top of a remote call: the caller gets every error as text
             return self._fail(error)
         if isinstance(result, (Future, concurrent.futures.Future)):

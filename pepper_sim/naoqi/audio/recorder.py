@@ -46,7 +46,7 @@ class MicrophoneRecorder:
         with self._lock:
             if self._thread is not None and self._thread.is_alive():
                 raise ServiceError("a recording is running already")
-            path = self._disk.path(name)
+            path = self._disk.output(name)
             raw = path.with_name(path.name + ".part") if ogg else path
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)

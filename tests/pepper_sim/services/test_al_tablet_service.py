@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pepper_sim.naoqi.installed_packages import APPS
+from pepper_sim.disk import APPS
 
 ORANGE = (255, 140, 0)
 

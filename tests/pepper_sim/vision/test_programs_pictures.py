@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pepper_sim.naoqi.installed_packages import APPS
+from pepper_sim.disk import APPS
 
 CAMERAS = "/home/nao/recordings/cameras"
 
