@@ -12,5 +12,5 @@ from telepresence.teleop.accounts import main
 if __name__ == "__main__":
     words = sys.argv[1:]
     if must_leave_root() and not any(word.startswith("--file") for word in words):
-        sys.exit(replace_by([sys.executable, "-m", "gui.users", *words]))
+        sys.exit(replace_by([sys.executable, "-P", "-m", "gui.users", *words]))
     sys.exit(main())

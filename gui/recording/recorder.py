@@ -217,7 +217,7 @@ class Recorder(QObject):
         process.setProcessChannelMode(QProcess.ProcessChannelMode.MergedChannels)
         process.finished.connect(lambda code: self._on_reported(process, code, bag))
         process.setWorkingDirectory(str(Path(__file__).resolve().parents[2]))
-        process.start(sys.executable, ["-m", "gui.session_report", str(bag)])
+        process.start(sys.executable, ["-P", "-m", "gui.session_report", str(bag)])
 
     def _on_reported(self, process: QProcess, code: int, bag: Path) -> None:
         said = bytes(process.readAll()).decode(errors="replace").strip()

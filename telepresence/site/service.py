@@ -113,8 +113,8 @@ def unit(arguments: list[str], command: str = "up", stop: float = STOP, ending: 
     line = _line(str(ROOT / "stack"), *command.split(), *arguments)
     title = " ".join([f"./stack {command}", *arguments]).replace("%", "%%")
     root = str(ROOT).replace("%", "%%")
-    as_user = ("env", f"PYTHONPATH={ROOT}", "python3", "-m", "telepresence.station.unprivileged")
-    ending = ending.format(sweep=_line(*as_user, "python3", "-m", "telepresence.station.takeover"))
+    as_user = ("env", f"PYTHONPATH={ROOT}", "python3", "-P", "-m", "telepresence.station.unprivileged")
+    ending = ending.format(sweep=_line(*as_user, "python3", "-P", "-m", "telepresence.station.takeover"))
     return UNIT.format(title=title, root=root, command=line, watchdog=WATCHDOG_PERIOD, stop=stop, ending=ending)
 
 

@@ -104,7 +104,7 @@ def command(unit: Unit, site: Site, folder: Path) -> list[str]:
         page_folder=str(page_folder(unit)),
     )
     words = [f"{name}:={value}" for name, value in settings.items()]
-    return [sys.executable, "-m", "telepresence.station", "--unit", unit.kind, *words]
+    return [sys.executable, "-P", "-m", "telepresence.station", "--unit", unit.kind, *words]
 
 
 def environment(unit: Unit, site: Site, key: str, logs: Path, base: Mapping[str, str]) -> dict[str, str]:

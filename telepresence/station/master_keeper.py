@@ -108,7 +108,7 @@ class MasterKeeper:
     def _start_master(self, running: Adopted | None = None) -> None:
         port = urlparse(self.uri).port or 11311
         # Tied to the thread that calls: to the main thread, or to ours, which ends in `close`, as roscore then does.
-        command = [sys.executable, "-m", "telepresence_ros.core", "-p", str(port), "--watch", str(self._folder)]
+        command = [sys.executable, "-P", "-m", "telepresence_ros.core", "-p", str(port), "--watch", str(self._folder)]
         environment = {**os.environ, "NOTIFY_SOCKET": str(self._beats.path)}
         if running is not None and not master_answers(self.uri, timeout=ADOPT_TIMEOUT):
             running.kill()

@@ -79,7 +79,7 @@ def _restart(display: VirtualDisplay) -> subprocess.Popen | Adopted:
 
 def _serve(display: VirtualDisplay, listening: socket.socket) -> subprocess.Popen:
     """Start the web server, as a separate process so that it cannot slow driving."""
-    program = [sys.executable, "-m", "telepresence.station.screen_page", str(display.folder)]
+    program = [sys.executable, "-P", "-m", "telepresence.station.screen_page", str(display.folder)]
     return processes.start(
         ["nice", *program, "--listening", str(listening.fileno())],
         tied=not goes_on(),

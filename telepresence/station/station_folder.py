@@ -6,6 +6,7 @@ folder without an owner is left over from a station that was killed: `sweep` end
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import socket
@@ -69,11 +70,23 @@ def sweep(spared: Callable[[Path], bool] = lambda folder: False) -> list[str]:
         if not spared(folder):
             remove(folder, _remove_displays)
             found.append(str(folder))
-    for terminal in Path(os.environ.get("TMUX_TMPDIR", "/tmp"), f"tmux-{os.getuid()}").glob(_TERMINALS):
+    for terminal in _terminals():
         if not _answers(terminal):
-            terminal.unlink(missing_ok=True)
-            found.append(str(terminal))
+            with contextlib.suppress(OSError):
+                terminal.unlink()
+                found.append(str(terminal))
     return found
+
+
+def _terminals() -> list[Path]:
+    """List the sockets of this user's tmux servers; none if their folder, whose name anybody can take, is another
+    user's."""
+    folder = Path(os.environ.get("TMUX_TMPDIR", "/tmp"), f"tmux-{os.getuid()}")
+    try:
+        ours = folder.lstat().st_uid == os.getuid()
+        return [*folder.glob(_TERMINALS)] if ours else []
+    except OSError:
+        return []
 
 
 def belongs(pid: int, folder: Path) -> bool:

@@ -353,7 +353,7 @@ def start_roslaunch(
     robot: str, settings: dict[str, str], watch: Path, beats: Beats, output: ProgramOutput, errors: ProgramOutput
 ) -> subprocess.Popen:
     """Start roslaunch with the launch file of the robot; it goes on with the nodes of one that was killed."""
-    command = [sys.executable, "-m", "telepresence_ros.roslaunch", "--wait", *LAUNCH_TIMEOUTS]
+    command = [sys.executable, "-P", "-m", "telepresence_ros.roslaunch", "--wait", *LAUNCH_TIMEOUTS]
     chosen = [f"{name}:={value}" for name, value in settings.items() if name not in OWN_SETTINGS]
     return processes.start(
         [*command, str(LAUNCH / f"{robot}.launch"), *chosen],

@@ -78,3 +78,24 @@ def test_root_stays_root_where_it_is_told_to(tmp_path):
     """No attack: for those who know what they do."""
     program = f"{sys.executable} -m telepresence.station.unprivileged id -u"
     assert run(tmp_path, program, TELEPRESENCE_AS_ROOT="1").stdout.strip() == str(os.geteuid())
+
+
+@pytest.mark.parametrize("words", ["pair --list", "up --help", "service --help"])
+def test_a_folder_that_somebody_else_has_filled_is_where_root_types_a_command(tmp_path, words):
+    """Python takes a package from the current folder before all others, and /tmp is everybody's."""
+    package = tmp_path / "telepresence"
+    for name in ("station/unprivileged.py", "station/pair.py", "station/__main__.py", "site/service.py"):
+        for folder in (package, (package / name).parent):
+            folder.mkdir(exist_ok=True)
+            (folder / "__init__.py").touch()
+        (package / name).write_text("print('INTRUDER')\n")
+    done = subprocess.run(
+        [str(ROOT / "stack"), *words.split()],
+        cwd=tmp_path,
+        env={**os.environ, "TELEPRESENCE_AS_ROOT": "1", "XDG_CONFIG_HOME": str(tmp_path)},
+        text=True,
+        capture_output=True,
+        timeout=120,
+    )
+    assert "INTRUDER" not in done.stdout + done.stderr
+    assert done.returncode == 0 or words == "pair --list", done.stderr

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -117,3 +118,17 @@ def test_a_program_that_ignores_the_request_is_killed(temporary, monkeypatch, wa
     station_folder.sweep()
     assert program.wait() == -signal.SIGKILL
     program.stdout.close()
+
+
+@pytest.mark.parametrize("whose", ["ours", "somebody else's"])
+def test_only_our_own_terminals_are_swept(temporary, monkeypatch, whose):
+    """The folder's name is known, and /tmp is everybody's: whoever makes it first must not keep us from starting."""
+    folder = temporary / f"tmux-{os.getuid()}"
+    folder.mkdir()
+    terminal = folder / "telepresence-1"
+    terminal.touch()
+    if whose != "ours":
+        told = Path.lstat
+        monkeypatch.setattr(Path, "lstat", lambda path: SimpleNamespace(st_uid=65534) if path == folder else told(path))
+    assert station_folder.sweep() == ([str(terminal)] if whose == "ours" else [])
+    assert terminal.exists() == (whose != "ours")

@@ -119,7 +119,7 @@ def keep_rosout(folder: Path, stop: threading.Event, watch: Path | None = None) 
     beats = Beats(watch / "rosout") if watch is not None else None
     faults = FaultReporter(watch / SOCKET) if watch is not None else None
     environment = {**os.environ, **({"NOTIFY_SOCKET": str(beats.path)} if beats is not None else {})}
-    command = [sys.executable, "-m", "telepresence_ros.rosout", f"__log:={folder / 'rosout-1.log'}"]
+    command = [sys.executable, "-P", "-m", "telepresence_ros.rosout", f"__log:={folder / 'rosout-1.log'}"]
     rosout = KeptProgram(
         "rosout",
         partial(processes.start, command, tied=True, env=environment),

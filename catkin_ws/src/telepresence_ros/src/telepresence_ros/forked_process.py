@@ -59,7 +59,7 @@ class ForkServer:
             end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 2 * LONGEST)
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "telepresence_ros.fork_server", str(theirs.fileno()), "-" * LONGEST_TITLE],
+                [sys.executable, "-P", "-m", "telepresence_ros.fork_server", str(theirs.fileno()), "-" * LONGEST_TITLE],
                 pass_fds=[theirs.fileno()],
                 start_new_session=True,
                 # A pool of threads would not survive the fork, and no node multiplies large matrices.
