@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from functools import partial
@@ -14,6 +13,7 @@ from PyQt5.QtGui import QPainter
 from gui.driving.delay_speed_limit import HALF_FROM, DelaySpeedLimit
 from gui.driving.floor_drive import FloorDrive
 from gui.driving.floor_overlay import PixelToWidget, paint_path
+from gui.driving.picture_age import PictureAge
 from gui.driving.round_trip import RoundTrip
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
@@ -42,8 +42,10 @@ AGE_PERIOD = 250  # ms
 LIMIT_PERIOD = 100  # ms
 TALK_PERIOD = 500  # ms between two calls while Hold to talk is held, for a program that ends it without them
 CAMERA_PERIOD = 50  # ms between two looks whether the camera's program is still connected
-CLOCKS_DIFFER = 5.0
-"""[s]; an age above this, or below zero, means that the clocks disagree, not that the picture is old."""
+OTHER_CLOCK = (
+    "The camera's clock is not this machine's, so nobody can tell how late its pictures are: drive slowly, or set the "
+    "clocks."
+)
 
 
 class Views(QObject):
@@ -66,6 +68,7 @@ class Views(QObject):
         self._more: Callable[[QPainter, float, float], None] | None = None
         self._body: BodyState | None = None
         self._round_trip, self._delay_limit, self._share = RoundTrip(), DelaySpeedLimit(), 1.0
+        self._picture_age, self._other_clock = PictureAge(), False
         self.floor_drive = FloorDrive(self._view, window.video.age, self.robot.farthest, self)
         self._readers = (
             window.around, window.bodyPanel, window.gate, window.health, window.sound, self.floor_drive,
@@ -109,6 +112,7 @@ class Views(QObject):
         """Receive the calibration that belongs to the picture, or stop doing so."""
         if self._link.has("lens"):
             self._link.watch("lens", wanted)
+        self._begin_feed()
         if not wanted:
             self._window.health.clear_picture()
 
@@ -279,17 +283,26 @@ class Views(QObject):
     def _change_camera(self, topic: str) -> None:
         """Show another of the robot's cameras."""
         self._lens = None
+        self._begin_feed()
         self.floor_drive.release_all()
         self._link.change_topic("picture", topic)
         self._link.change_topic("lens", self.robot.lens_of(topic))
         self._window.video.clear("Waiting for the first picture", self._link.feed)
         self._window.pad.setFocus()
 
+    def _begin_feed(self) -> None:
+        self._picture_age.begin()
+        self._other_clock = False
+
     def _on_picture(self, picture: Picture) -> None:
-        age = time.time() - picture.stamp
-        age = age if 0.0 <= age < CLOCKS_DIFFER else math.nan
-        self._delay_limit.note_picture(age, time.monotonic())
+        now = time.monotonic()
+        age = self._picture_age.of(picture.stamp, time.time(), now)
+        self._delay_limit.note_picture(age, now)
         self._window.health.show_picture(age, self._window.video.rate())
+        differs = self._picture_age.clocks_differ(now)
+        if differs and not self._other_clock:
+            self.said.emit(OTHER_CLOCK, "warn")
+        self._other_clock = differs
 
     def _look_for_camera(self) -> None:
         """Do not wait for pictures of a program whose connection has closed: it was killed."""

@@ -98,19 +98,23 @@ class VideoView(QFrame):
         self.update()
 
     def show_picture(self, picture: Picture) -> None:
-        """Show a picture in place of the one before.
+        """Show a picture in place of the one before. One that was taken when that one was, by its stamp, is no news: a
+        camera that hangs sends its last picture again and again. A stamp of zero says nothing.
 
         Raises:
             ValueError: The encoding cannot be shown.
         """
+        repeated = self._image is not None and picture.stamp == self._stamp != 0.0
         self._image = as_qimage(picture)
+        self.update()
+        if repeated:
+            return
         self._arrived, self._stamp = picture.arrived, picture.stamp
         self._arrivals.append(picture.arrived)
         self._patience.note(picture.arrived)
         self._gone = self._gone and picture.arrived < self._gone_until
         self._set_stale(False)
         self._check_late()
-        self.update()
 
     def clear(self, title: str, hint: str) -> None:
         """Show two lines of text instead of a picture: what is the matter, and what to do."""
