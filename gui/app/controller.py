@@ -11,6 +11,7 @@ from PyQt5.QtCore import QObject
 from gui.app.conversation import Conversation
 from gui.app.fault_watch import FaultWatch
 from gui.app.keyboard_focus import KeyboardFocus
+from gui.app.last_values import LastValues
 from gui.app.session import RobotSession
 from gui.app.views import Views
 from gui.driving.access_bar import AccessBar
@@ -89,6 +90,7 @@ class Controller(QObject):
         )
         self.views.paint_more(self.looking.paint)
         self.faults = FaultWatch(link, self.access, window.video)
+        self.last_values = LastValues(window, link)
         self._drove = False
         self._blocks: set[str] = set()
         """What has forbidden driving since it was last allowed."""
@@ -163,6 +165,7 @@ class Controller(QObject):
 
     def admit(self, account: Account) -> None:
         """Connect to the robot for somebody who has signed in."""
+        self.last_values.clear()  # what was on its way when the last person left is not for this one
         self._link.set_open(True)
         self.access.sign_in(account)
         for button in (self._window.roscoreButton, self._window.sessionButton, self._window.address):
@@ -180,6 +183,7 @@ class Controller(QObject):
         self.access.sign_out()
         self._window.feedButton.setChecked(False)
         self._link.set_open(False)
+        self.last_values.clear()
         self._pause_faults()
 
     # --- buttons ---

@@ -20,6 +20,9 @@ LOW_BATTERY, EMPTY_BATTERY = 0.3, 0.15
 """Charge, from 0 to 1."""
 FORGET_AFTER = 5.0
 """[s] after which a round trip is no longer shown."""
+FORGET_BATTERY_AFTER = 3.0
+"""[s]; the drivers of both robots publish it once a second."""
+FORGET_PERIOD = 500  # ms
 NAMES = {"command": "Command", "age": "Picture", "rate": "Rate", "battery": "Battery"}
 
 
@@ -53,8 +56,8 @@ class LinkHealth(QFrame):
         self._share.setToolTip("The link's delay caps the speed: half above 0.5 s, none above 1 s")
         self._share.hide()
         layout.addWidget(self._share)
-        self._round_trip_at = 0.0
-        self._check = PeriodicTimer(1000, self._forget, self)
+        self._round_trip_at = self._battery_at = 0.0
+        self._check = PeriodicTimer(FORGET_PERIOD, self._forget, self)
         self._check.start()
         self.clear()
 
@@ -100,6 +103,7 @@ class LinkHealth(QFrame):
         """Show a `Battery`; other readings are ignored."""
         if not isinstance(reading, Battery):
             return
+        self._battery_at = time.monotonic()
         text = f"{100 * reading.share:.0f} %" if math.isfinite(reading.share) else f"{reading.voltage:.1f} V"
         if not math.isfinite(reading.share) and not math.isfinite(reading.voltage):
             text = "–"
@@ -108,9 +112,13 @@ class LinkHealth(QFrame):
         self._show("battery", f"{text} charging" if reading.charging else text, level)
 
     def _forget(self) -> None:
-        if self._round_trip_at and time.monotonic() - self._round_trip_at > FORGET_AFTER:
+        now = time.monotonic()
+        if self._round_trip_at and now - self._round_trip_at > FORGET_AFTER:
             self._round_trip_at = 0.0
             self._show("command", "–", "off")
+        if self._battery_at and now - self._battery_at > FORGET_BATTERY_AFTER:
+            self._battery_at = 0.0
+            self._show("battery", "–", "off")
 
     def _show(self, name: str, text: str, level: str) -> None:
         value = self._values[name]
