@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from PyQt5 import uic
@@ -23,6 +25,9 @@ from telepresence.teleop.accounts import UserError
 from telepresence.teleop.invitations import Invitation, Invitations
 from telepresence.teleop.lease_messages import PILOT, WATCHER
 
+log = logging.getLogger(__name__)
+
+FAILED = "That failed for a reason that nobody foresaw; the window's log has it. Try again."
 ROLES = ((WATCHER, "watch, and press the red stop"), (PILOT, "drive a free robot"))
 HOURS = ((0.5, "30 minutes"), (2.0, "2 hours"), (24.0, "1 day"))
 USUAL_HOURS = 1
@@ -140,8 +145,10 @@ class InviteDialog(QDialog):
             try:
                 then = work()
             except UserError as error:
-                words = str(error)
-                then = lambda: self._say(words, "bad")  # noqa: E731
+                then = partial(self._say, str(error), "bad")
+            except Exception:  # without an answer the button would stay disabled
+                log.exception("the links to the pilot's page could not be used")
+                then = partial(self._say, FAILED, "bad")
             self._done.emit(lambda: self._finish(then, visit, button))
 
         threading.Thread(target=run, name="invitations", daemon=True).start()

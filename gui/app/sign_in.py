@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from pathlib import Path
@@ -15,6 +16,9 @@ from gui.widgets.label import Label
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.drive_lease import Account
 
+log = logging.getLogger(__name__)
+
+FAILED = "The check of the password failed for a reason that nobody foresaw; the window's log has it. Try again."
 NO_ACCOUNTS = (
     "There is no account yet. Make one in a terminal on this machine:\n"
     "./stack exec python -m gui.users add NAME --role pilot"
@@ -91,6 +95,9 @@ class SignInPage(QWidget):
             self._checked.emit(self._users.check(name, password, sleep=self._wait))
         except UserError as error:
             self._checked.emit(error)
+        except Exception:  # without an answer the button would stay disabled, and nobody could sign in any more
+            log.exception("the check of a password failed")
+            self._checked.emit(UserError(FAILED))
 
     def _on_checked(self, result: Account | UserError) -> None:
         self.signInButton.setEnabled(True)

@@ -12,7 +12,7 @@ from PyQt5.QtGui import QImage
 from gui.app import invite_dialog
 from gui.app.authorization import Authorization
 from gui.app.controller import Controller
-from gui.app.invite_dialog import InviteDialog
+from gui.app.invite_dialog import FAILED, InviteDialog
 from gui.theme import application, style_sheet
 from gui.window import OperatorWindow
 from telepresence.teleop.accounts import PILOT, WATCHER, Account
@@ -94,6 +94,21 @@ def test_what_cannot_be_done_is_said(qt, tmp_path, spin):
     spin(lambda: "./stack up" in dialog.inviteMessage.text(), "no page was started")
     assert dialog.inviteMessage.property("level") == "bad" and not dialog.made.isVisible()
     dialog.hide()
+
+
+def test_an_error_that_nobody_foresaw_leaves_a_button_that_works(dialog, invitations, monkeypatch, spin, caplog):
+    invite = invitations.invite
+
+    def fail(*_arguments):
+        monkeypatch.setattr(invitations, "invite", invite)
+        raise OSError("the disk is gone")
+
+    monkeypatch.setattr(invitations, "invite", fail)
+    dialog.makeButton.click()
+    spin(lambda: dialog.inviteMessage.text() == FAILED, "it is said")
+    assert dialog.makeButton.isEnabled() and "OSError: the disk is gone" in caplog.text
+    dialog.makeButton.click()
+    spin(dialog.made.isVisible, "the next link is made")
 
 
 def test_the_window_answers_while_another_program_holds_the_file(dialog, invitations, spin):
