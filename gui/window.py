@@ -141,6 +141,7 @@ class OperatorWindow(QMainWindow):
         self._fold = QToolButton()
         self._fold.setText("▾")
         self._fold.setToolTip("Fold this away, or back (F4)")
+        self._fold.setAccessibleName("Fold the tabs away")
         self._fold.setCheckable(True)
         self._fold.setAutoRaise(True)
         self._fold.setObjectName("foldButton")

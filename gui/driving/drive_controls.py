@@ -113,6 +113,7 @@ class DriveControls(QWidget):
         self._stopped_by, self._stopped_at = who, time.monotonic()
         who = clean(who, LONGEST)
         self.redStop.setText(caption(f"STOPPED by {who}\nPress to reset") if who else "STOP\nEsc")
+        self.redStop.setAccessibleName(f"Red stop: STOPPED by {who}. Press to reset" if who else "Red stop")
         self.redStop.setToolTip("Resets the stop (Shift+Esc)" if who else "Stops the robot and keeps it stopped (Esc)")
         set_property(self.redStop, "stopped", bool(who))
 

@@ -49,6 +49,7 @@ class StatusBar(QFrame):
         text = clean(text, LONGEST)
         changed, self._text = text != self._text, text
         self._message.setToolTip(text)
+        self._message.setAccessibleName(text)  # screen readers would read what fits
         set_property(self._message, "level", level)
         self._fit()
         if changed:
