@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from gui.periodic_timer import PeriodicTimer
-from gui.recording.folder import open_folder, save_picture
+from gui.recording.folder import open_folder, save_new_picture
 from gui.recording.recorder import Recorder
 
 if TYPE_CHECKING:
@@ -60,19 +60,21 @@ class Capture(QObject):
             self._say(f"The recording is being closed. It is in {self._folder}.", "info")
 
     def take_snapshot(self) -> None:
-        """Save the picture as the robot sent it."""
-        image = self._window.video.image
+        """Save the picture as the robot sent it, named after the time when it was taken."""
+        video = self._window.video
+        image, age = video.image, video.age()
         if image is None:
             self.said.emit("There is no picture to save. Press Robot feed first.", "warn")
             return
-        target = self._folder / f"{self._name()}.png"
+        name = self._picture_name(video.stamp or time.time() - age)
         try:
-            save_picture(image, open_folder(self._folder) / target.name)
+            target = save_new_picture(image, open_folder(self._folder), name)
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else error
             self.said.emit(f"Nothing can be saved in {self._folder}: {reason}.", "bad")
         else:
-            self.said.emit(f"Saved {target}", "good")
+            old = f". It is no new picture: the last one came {age:.1f} s ago." if video.stale else ""
+            self.said.emit(f"Saved {target}{old}", "warn" if old else "good")
 
     def _on_record(self, wanted: bool) -> None:
         if not wanted:
@@ -84,7 +86,7 @@ class Capture(QObject):
         else:
             self._since, self._troubles = time.monotonic(), []
             topics = [self._link.resolve(topic) for topic in self._link.robot.recorded]
-            self.recorder.start(self._name(), topics, self._link.resolve(self._link.robot.filmed))
+            self.recorder.start(self._name(datetime.now()), topics, self._link.resolve(self._link.robot.filmed))
         self._show_state()
 
     def _on_failed(self, reason: str) -> None:
@@ -109,5 +111,10 @@ class Capture(QObject):
         if not self._timer.isActive():
             self._timer.start()
 
-    def _name(self) -> str:
-        return f"{self._link.robot.name}-{datetime.now():%Y%m%d-%H%M%S}"
+    def _picture_name(self, taken: float) -> str:
+        """Name a picture after the time when it was taken [s since 1970]: a camera takes several in a second."""
+        when = datetime.fromtimestamp(taken)
+        return f"{self._name(when)}-{when.microsecond // 1000:03d}"
+
+    def _name(self, when: datetime) -> str:
+        return f"{self._link.robot.name}-{when:%Y%m%d-%H%M%S}"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
+import os
 from pathlib import Path
 
 from PyQt5.QtCore import QBuffer, QIODevice
@@ -25,6 +28,28 @@ def open_folder(folder: Path) -> Path:
     private_files.make_folder(folder, close=ours)
     private_files.tighten(folder, *ENDINGS)
     return folder
+
+
+def save_new_picture(picture: QImage, folder: Path, name: str) -> Path:
+    """Save a picture under this name in the folder, with a number where there is such a file already; return its path.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    for number in itertools.count(1):
+        path = folder / f"{name}{f'-{number}' if number > 1 else ''}.png"
+        try:
+            os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, private_files.FILE_MODE))
+        except FileExistsError:
+            continue
+        break
+    try:
+        save_picture(picture, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            path.unlink()
+        raise
+    return path
 
 
 def save_picture(picture: QImage | QPixmap, path: Path) -> None:
