@@ -61,6 +61,9 @@ class RobotSession(QObject):
         self._waits_for_master = self._starting = self._connecting = self._stopping = False
         self._stopped = self._connected = False
         self._robot_state = ""
+        self._used: str | None = None
+        """The address for which the running programs were started here; else the one that was there when they were
+        found, because programs do not say for which robot they run. None while there are none."""
         self._looks_left: int | None = None
         """None until what runs in the terminal has ended after Stop."""
         link.state_changed.connect(self._on_state)
@@ -84,6 +87,8 @@ class RobotSession(QObject):
         self._show_terminal()
         if self._stopping:
             self._say(STILL_STOPPING, "warn")
+        elif self._link.state.driver and not self._is_address_used():
+            self._say_unused()
         elif self._link.state.driver:
             where = self._link.state.master_uri
             self._say(f"The robot's programs run already at {where}. Press Session start to connect.")
@@ -95,6 +100,8 @@ class RobotSession(QObject):
         self._show_terminal()
         if self._stopping:
             self._say(STILL_STOPPING, "warn")
+        elif self._link.state.driver and not self._is_address_used():
+            self._say_unused()
         elif self._link.state.driver:
             self._connect()
         else:
@@ -179,6 +186,8 @@ class RobotSession(QObject):
 
     def _launch(self, address: commands.Address) -> None:
         again = "The robot's programs are being started in the terminal already." if self._starting else None
+        if not self._starting:
+            self._used = self._typed()
         self._starting = True
         options = [commands.QUIET] if self._link.has("conversation") else []
         if self._link.has("lease") and not self._sign_in:
@@ -186,6 +195,21 @@ class RobotSession(QObject):
         self._terminal.type_line(
             lambda: " ".join([self._link.robot.session(address, commands.own_address_towards(address.host)), *options]),
             otherwise=again,
+        )
+
+    def _typed(self) -> str:
+        return self._window.address.text().strip()
+
+    def _is_address_used(self) -> bool:
+        return self._window.address.isHidden() or self._used in (None, self._typed())
+
+    def _say_unused(self) -> None:
+        """Whoever types another address would think that the keys drive that robot now."""
+        self._mark_address(valid=False)
+        typed = self._typed() or "What is typed now"
+        self._say(
+            f"The robot's programs run already, for {self._used}. {typed} is not used: press Stop, then Roscore start.",
+            "warn",
         )
 
     def _connect(self) -> None:
@@ -223,6 +247,8 @@ class RobotSession(QObject):
             self._bring_up()
         if state.driver and not self._stopping:
             self._starting = False
+            if self._used is None:
+                self._used = self._typed()
             if self._connecting:
                 self._connect()
 
@@ -234,6 +260,7 @@ class RobotSession(QObject):
 
     def _on_refused(self, _why: str) -> None:
         self._waits_for_master = self._starting = self._connecting = False
+        self._used = self._used if self._link.state.driver else None
 
     def _on_ended(self, left: str) -> None:
         if not self._stopping:
@@ -252,6 +279,8 @@ class RobotSession(QObject):
         self._looks_left -= 1
         if not self._link.state.driver:
             self._stopping, self._stopped = False, True
+            self._used = None
+            self._mark_address(valid=True)
             self.changed.emit()
         elif self._looks_left <= 0:
             self._stopping = False
