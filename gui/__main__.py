@@ -43,6 +43,7 @@ from telepresence.security.private_files import restrict_new_files
 from telepresence.station import heartbeat
 from telepresence.station.ros_master import end_code
 from telepresence.teleop.accounts import Users
+from telepresence.teleop.robot_kinds import PEPPER
 from telepresence.temporary_folder import TemporaryFolder
 
 BOTH = "both"
@@ -241,7 +242,8 @@ def make_tabs(node: RosNode, arguments: argparse.Namespace, settings: Settings) 
             robot = robot.with_feed(arguments.feed[index])
         if index:
             robot = replace(robot, keyboard_name=f"keyboard_of_{name}")
-        usual = os.environ.get("NAO_IP") or settings.text(f"{name}/address", "127.0.0.1")
+        named = os.environ.get("NAO_IP") if robot.name == PEPPER.name else None  # the variable of Pepper's programs
+        usual = named or settings.text(f"{name}/address", "127.0.0.1")
         address = arguments.robot[min(index, len(arguments.robot) - 1)] if arguments.robot else usual
         tabs.append(RobotTab(node, robot, address, arguments, alone=len(names) == 1))
         tabs[-1].restore(settings)
@@ -255,7 +257,7 @@ def parse(argv: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m gui", description="The operator's window.")
     parser.add_argument(
         "--robot", metavar="ADDRESS", nargs="+", default=[],
-        help="the robot, or both: Pepper first; default NAO_IP, else the address of the last session",
+        help="the robot, or both: Pepper first; default for Pepper NAO_IP, else the address of the last session",
     )  # fmt: skip
     parser.add_argument(
         "--profile", choices=[*ROBOTS, BOTH], default="pepper",

@@ -158,6 +158,22 @@ def test_keys_as_in_the_guide_hold_for_both_robots_and_are_remembered(tmp_path, 
         tab.window.deleteLater()
 
 
+@pytest.mark.parametrize(
+    ("profile", "addresses"),
+    [("both", ["10.0.0.8", "10.0.0.3"]), ("pepper", ["10.0.0.8"]), ("robotino", ["10.0.0.3"])],
+)
+def test_nao_ip_is_the_address_of_pepper_alone(tmp_path, qt, monkeypatch, profile, addresses):
+    monkeypatch.setenv("NAO_IP", "10.0.0.8")
+    settings = Settings(tmp_path / "window.ini")
+    settings.save("pepper/address", "10.0.0.2")
+    settings.save("robotino/address", "10.0.0.3")
+    tabs = make_tabs(RosNode(), parse(["--profile", profile, "--no-sign-in"]), settings)
+    assert [tab.window.address.text() for tab in tabs] == addresses
+    for tab in tabs:
+        tab.terminal.close_terminal()
+        tab.window.deleteLater()
+
+
 @pytest.fixture
 def open_window(tmp_path, qt):
     """What main does, as far as it is about what the window remembers; return the window and who says what is in
