@@ -120,7 +120,8 @@ class Settings:
         if geometry is None or not (fills or window.restoreGeometry(geometry)):
             return False
         for splitter in window.findChildren(QSplitter):
-            state = self._bytes(f"window/{splitter.objectName()}")
+            # Up to version 0.9.0 there was one value for all robots.
+            state = self._bytes(_key_of(splitter)) or self._bytes(f"window/{splitter.objectName()}")
             if state is not None:
                 splitter.restoreState(state)
         return True
@@ -129,11 +130,19 @@ class Settings:
         """Save size, position and splitters."""
         self.save("window/geometry", window.saveGeometry())
         for splitter in window.findChildren(QSplitter):
-            self.save(f"window/{splitter.objectName()}", splitter.saveState())
+            self.save(_key_of(splitter), splitter.saveState())
 
     def _bytes(self, name: str) -> QByteArray | None:
         value = self._values.get(name)
         return value if isinstance(value, QByteArray) else None
+
+
+def _key_of(splitter: QSplitter) -> str:
+    """Return the name of a splitter's setting, of which the name of its robot's page is part."""
+    page = splitter.parentWidget()
+    while page is not None and not isinstance(page, QMainWindow):
+        page = page.parentWidget()
+    return "/".join(name for name in ("window", page.objectName() if page else "", splitter.objectName()) if name)
 
 
 def _write(path: Path, values: dict[str, str | QByteArray]) -> None:

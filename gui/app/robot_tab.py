@@ -47,6 +47,7 @@ class RobotTab(QObject):
         self.title = robot.title
         self.terminal = TerminalView("" if alone else robot.name)
         self.window = OperatorWindow(self.terminal)
+        self.window.setObjectName(robot.name)  # sets the settings of its splitters apart from another robot's
         self.window.address.setText(address)
         self.link = RosLink(node, robot)
         self.gamepad = Gamepad(None if arguments.gamepad in ("joy", "none") else arguments.gamepad)

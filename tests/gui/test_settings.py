@@ -212,6 +212,55 @@ def test_a_window_that_dies_comes_back_with_what_its_keys_did(tmp_path, open_win
     assert front().controller.controls.speed == pytest.approx(0.05) and front().controller.bar.guide_keys
 
 
+def test_each_robots_splitters_are_its_own(tmp_path, open_window, qt):
+    """With one setting for both, each look whether something has changed wrote first the one, then the other."""
+
+    def columns(window):
+        sizes = []
+        for index, page in enumerate(window.pages):
+            window.choose(index)
+            qt.processEvents()
+            sizes.append(page.columns.sizes())
+        return sizes
+
+    path = tmp_path / "other.ini"
+    first, _front = open_window("both")
+    first.show()
+    usual = columns(first)
+    first.pages[0].columns.setSizes([usual[0][0] - 100, usual[0][1] + 100])
+    wanted = columns(first)
+    assert wanted[0] != wanted[1] == usual[1]
+    settings = Settings(path)
+    settings.save_window(first)
+    settings.close()
+    path.unlink()
+    settings.save_window(first)
+    settings.close()
+    assert not path.exists(), "nothing has changed"
+    remember(path, first)
+    again, _front = open_window("both")
+    again.show()
+    assert Settings(path).restore_window(again) and columns(again) == wanted
+    first.hide()
+    again.hide()
+
+
+def test_a_splitter_is_where_it_was_before_each_robot_had_its_own(tmp_path, make_window):
+    path, old, new = tmp_path / "window.ini", make_window(), make_window()
+    old.columns.setSizes([200, 400])
+    remember(path, old)
+    assert "columns=" in path.read_text(), "a window without a robot has the key of old"
+    new.setObjectName("pepper")
+    assert Settings(path).restore_window(new)
+    assert new.columns.sizes() == old.columns.sizes()
+    new.columns.setSizes([300, 300])
+    remember(path, new)
+    again = make_window()
+    again.setObjectName("pepper")
+    assert Settings(path).restore_window(again)
+    assert again.columns.sizes() == new.columns.sizes() != old.columns.sizes()
+
+
 def test_a_walkers_window_that_dies_comes_back_with_its_red_stop(tmp_path, open_window, monkeypatch, spin):
     """Nobody else holds it: else a program that walks the robot would go on."""
     monkeypatch.setattr("gui.app.robot_tab.RosLink", lambda _node, robot: FakeLink(robot.name))
