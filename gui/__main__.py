@@ -36,7 +36,7 @@ from gui.robots import BOTH as BOTH_ROBOTS
 from gui.robots import ROBOTS
 from gui.ros.node import RosNode, without_remappings
 from gui.settings import Settings, default_file
-from gui.terminal.x11 import hold_display, screen_height
+from gui.terminal.x11 import hold_display, screen_size
 from gui.window import OperatorWindow, themes
 from telepresence.security.outside_text import keep_logs_plain
 from telepresence.security.private_files import restrict_new_files
@@ -49,6 +49,8 @@ from telepresence.temporary_folder import TemporaryFolder
 BOTH = "both"
 SCALES = ((2000, 2.0), (1400, 1.25))
 """(height of the screen [px], scale of the window from that height on)."""
+TALLEST = 10.0 / 16.0
+"""Height to width of a monitor: what is taller is two of them, one above the other, or stands upright."""
 REMEMBER_PERIOD = 5000
 """[ms] between two looks whether there is something new to remember: a window that is killed saves nothing any more."""
 BEAT_PERIOD = 100
@@ -304,7 +306,8 @@ def parse(argv: list[str]) -> argparse.Namespace:
 
 def usual_scale(environment: Mapping[str, str]) -> float:
     """Return how much larger everything should be on this screen than on one of 720 to 1200 rows."""
-    rows = screen_height(environment.get("DISPLAY", ""))
+    width, height = screen_size(environment.get("DISPLAY", ""))
+    rows = min(height, TALLEST * width)
     return next((factor for least, factor in SCALES if rows >= least), 1.0)
 
 

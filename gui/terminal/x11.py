@@ -82,7 +82,7 @@ def _library() -> ctypes.CDLL:
     x11.XCloseDisplay.argtypes = [c_void_p]
     x11.XConnectionNumber.argtypes = [c_void_p]
     x11.XDefaultScreen.argtypes = [c_void_p]
-    x11.XDisplayHeight.argtypes = [c_void_p, c_int]
+    x11.XDisplayWidth.argtypes = x11.XDisplayHeight.argtypes = [c_void_p, c_int]
     x11.XSetErrorHandler.argtypes, x11.XSetErrorHandler.restype = [_ErrorHandler], c_void_p
     x11.XSync.argtypes = [c_void_p, c_int]
     x11.XPending.argtypes = [c_void_p]
@@ -129,17 +129,19 @@ def hold_display(name: str, patience: float = 1.0) -> bool:
     return True
 
 
-def screen_height(name: str) -> int:
-    """Return the height of the X screen at this value of DISPLAY [px]; 0 when it is unknown."""
+def screen_size(name: str) -> tuple[int, int]:
+    """Return width and height of the X screen at this value of DISPLAY, all its monitors together [px]; zeros when they
+    are unknown."""
     try:
         x11 = _library()
     except OSError:
-        return 0
+        return 0, 0
     display = x11.XOpenDisplay(name.encode())
     if not display:
-        return 0
+        return 0, 0
     try:
-        return x11.XDisplayHeight(display, x11.XDefaultScreen(display))
+        screen = x11.XDefaultScreen(display)
+        return x11.XDisplayWidth(display, screen), x11.XDisplayHeight(display, screen)
     finally:
         x11.XCloseDisplay(display)
 
