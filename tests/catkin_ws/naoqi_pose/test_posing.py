@@ -77,6 +77,47 @@ def test_life_can_be_switched_off(probe, until_true):
     until_true(lambda: probe.latest("/get_life_state") == ["disabled"], "the state is told")
 
 
+@pytest.fixture
+def red_stop(graph, probe, until_true):
+    """Somebody presses the red stop; what drive_lease says meanwhile."""
+    words = ("rostopic", "pub", "-r", "10", "/drive/state", "telepresence_msgs/DriveState")
+    pressed = []
+
+    def press():
+        pressed.append(graph.run(*words, "{stopped_by: anna}"))
+
+    yield press
+    for publisher in pressed:
+        publisher.process.terminate()
+        publisher.process.wait(30)
+
+
+def test_the_red_stop_ends_a_motion_and_refuses_the_next(graph, probe, red_stop, until_true):
+    url = f"tcp://127.0.0.1:{graph.robot_port}"
+    pilot = graph.run(sys.executable, str(PROGRAMS / "withdrawn_goal.py"), url, "joint_trajectory", "--wait")
+    pilot.wait_for("the robot moves")
+    red_stop()
+    assert pilot.process.wait(60) == 0, pilot.output
+    assert f"state: {GoalStatus.ABORTED} anna has pressed the red stop" in pilot.output
+    robot = naoqi.Session()
+    robot.connect(url)
+    try:
+        assert robot.service("ALMotion").getTaskList() == [], "it goes on"
+    finally:
+        robot.close()
+    code, output = execute(graph, "zero")
+    assert code == 1 and "anna has pressed the red stop" in output
+    before = joint(probe, "HeadYaw")
+    asked = graph.run(
+        "rostopic", "pub", "-1", "/joint_angles", "naoqi_bridge_msgs/JointAnglesWithSpeed",
+        f"{{joint_names: [HeadYaw], joint_angles: [{before - 0.6}], speed: 1.0}}",
+    )  # fmt: skip
+    asked.process.wait(30)
+    assert not probe.call("/wakeup", "std_srvs/Empty", {})[0]
+    assert joint(probe, "HeadYaw") == pytest.approx(before, abs=0.05)
+    assert probe.call("/body_stiffness/enable", "std_srvs/Empty", {})[0], "nothing moves by that"
+
+
 @pytest.mark.parametrize(
     "goal",
     [

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Moves and stiffens the robot's joints.
+"""Moves and stiffens the robot's joints, while nobody presses the red stop.
 
 Actions:    joint_trajectory, joint_stiffness_trajectory (naoqi_bridge_msgs/JointTrajectory),
             joint_angles_action (JointAnglesWithSpeed), body_pose_naoqi (BodyPoseWithSpeed: NAOqi's own postures).
 Subscribes: joint_angles (JointAnglesWithSpeed), joint_stiffness (sensor_msgs/JointState, stiffness in the field effort;
-            what naoqi_joint_states publishes under the same name is not taken as a command).
+            what naoqi_joint_states publishes under the same name is not taken as a command); drive/state
+            (telepresence_msgs/DriveState, of drive_lease): while the red stop is pressed motions end, and new ones
+            and wakeup are refused. To stiffen, to relax and to rest is always allowed.
 Services:   body_stiffness/enable, body_stiffness/disable, wakeup, rest, life/enable, life/disable (std_srvs/Empty),
             life/get_state (std_srvs/Trigger). They answer when the robot has done it.
 Publishes:  get_life_state (std_msgs/String, latched).
@@ -35,8 +37,11 @@ from naoqi_pose.trajectory import Interpolation, UnusableTrajectory, to_interpol
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse, Trigger, TriggerResponse
+from telepresence_msgs.msg import DriveState
 from telepresence_ros.node import hide_late_publications
 from telepresence_ros.past_commands import subscribe_commands
+
+from telepresence.security.outside_text import clean
 
 SLOW_TIMEOUT = 15.0
 """Seconds that waking up, resting and a change of life may take."""
@@ -51,6 +56,8 @@ class PoseController:
         hide_late_publications()
         self._poll = float(rospy.get_param("~poll_rate", 0.2))
         self._stiffen_to = float(rospy.get_param("~init_stiffness", 0.0))
+        self._stopped_by = ""
+        self._states = rospy.Subscriber("drive/state", DriveState, self._on_drive_state, queue_size=1, tcp_nodelay=True)
         self._life = rospy.Publisher("get_life_state", String, queue_size=1, latch=True)
         for name, service, method, *arguments in (
             ("body_stiffness/enable", "ALMotion", "stiffnessInterpolation", "Body", 1.0, STIFFENING_TIME),
@@ -94,16 +101,39 @@ class PoseController:
     def _read_life(self) -> str:
         return text(self._node.connection.call("ALAutonomousLife", "getState"), "getState")
 
+    # --- the red stop ------------------------------------------------------------------------------------------------
+
+    def _on_drive_state(self, state: DriveState) -> None:
+        self._stopped_by = clean(state.stopped_by)
+
+    @property
+    def _is_stopped(self) -> bool:
+        # What drive_lease has said counts as long as it is there.
+        return bool(self._stopped_by) and self._states.get_num_connections() > 0
+
+    def _require_no_stop(self) -> None:
+        """Raises: RobotError: Somebody has pressed the red stop."""
+        if self._is_stopped:
+            raise RobotError(f"{self._stopped_by} has pressed the red stop")
+
     # --- topics ------------------------------------------------------------------------------------------------------
 
     def _on_angles(self, message: JointAnglesWithSpeed) -> None:
         method = "changeAngles" if message.relative else "setAngles"
-        self._call("ALMotion", method, list(message.joint_names), list(message.joint_angles), message.speed)
+        self._move("ALMotion", method, list(message.joint_names), list(message.joint_angles), message.speed)
 
     def _on_stiffness(self, message: JointState) -> None:
         if message._connection_header["callerid"].rpartition("/")[2] == "naoqi_joint_states":
             return
         self._call("ALMotion", "setStiffnesses", list(message.name), list(message.effort))
+
+    def _move(self, *call) -> None:
+        try:
+            self._require_no_stop()
+        except RobotError as error:
+            rospy.logwarn_throttle(5.0, "joint_angles is not obeyed: %s", error)
+        else:
+            self._call(*call)
 
     def _call(self, *call) -> None:
         try:
@@ -116,6 +146,8 @@ class PoseController:
     def _service(self, name: str, service: str, method: str, *arguments) -> Callable:
         def serve(_request) -> EmptyResponse:
             try:
+                if method == "wakeUp":
+                    self._require_no_stop()
                 self._node.connection.call(service, method, *arguments, timeout=SLOW_TIMEOUT)
             except RobotError as error:
                 raise rospy.ServiceException(f"{name}: {error}") from None
@@ -142,6 +174,7 @@ class PoseController:
         try:
             interpolation = self._interpolation(goal.trajectory)
             joints = self._joints(interpolation.names)
+            self._require_no_stop()
             motion = link.call_async("ALMotion", method, *interpolation, *more)
             done = self._wait(server, motion, "ALMotion", "killTasksUsingResources", joints)
             positions = numbers(link.call("ALMotion", read_method, joints, *read_more), len(joints), read_method)
@@ -158,6 +191,7 @@ class PoseController:
             if goal.joint_angles.relative:
                 present = numbers(link.call("ALMotion", "getAngles", joints, True), len(joints), "getAngles")
                 angles = [angle + change for angle, change in zip(present, angles, strict=True)]
+            self._require_no_stop()
             motion = link.call_async("ALMotion", "angleInterpolationWithSpeed", names, angles, goal.joint_angles.speed)
             done = self._wait(server, motion, "ALMotion", "killTasksUsingResources", joints)
             positions = numbers(link.call("ALMotion", "getAngles", joints, True), len(joints), "getAngles")
@@ -169,6 +203,7 @@ class PoseController:
     def _on_body_pose(self, goal) -> None:
         server = self._servers["body_pose_naoqi"]
         try:
+            self._require_no_stop()
             motion = self._node.connection.call_async("ALRobotPosture", "goToPosture", goal.posture_name, goal.speed)
             done = self._wait(server, motion, "ALRobotPosture", "stopMove")
             reached = done and bool(motion.result(RESULT_TIMEOUT))
@@ -199,12 +234,13 @@ class PoseController:
             end: Service, method and arguments that end the motion. A robot whose methods know nothing of being
                 cancelled goes on when only the call is given up.
         Raises:
-            RobotError: It was refused or is lost, or the robot does not say that it has ended it.
+            RobotError: It was refused or is lost, the robot does not say that it has ended it, or the red stop did.
         """
         while not motion.done:
-            if server.is_preempt_requested() or self._node.stop.is_set():
+            if self._is_stopped or server.is_preempt_requested() or self._node.stop.is_set():
                 motion.cancel()
                 self._node.connection.call(*end)
+                self._require_no_stop()
                 return False
             self._node.stop.wait(self._poll)
         motion.result(RESULT_TIMEOUT)

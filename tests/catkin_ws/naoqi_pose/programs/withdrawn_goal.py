@@ -1,5 +1,10 @@
 #!/usr/bin/env python3
-"""Gives the goal named, withdraws it when the robot is on its way, and prints how it ended."""
+"""Gives the goal named, withdraws it when the robot is on its way, and prints how it ended.
+
+    withdrawn_goal.py URL GOAL [--wait]
+
+With --wait it is left to somebody else to end it.
+"""
 
 import sys
 import time
@@ -48,6 +53,8 @@ while not motion.getTaskList():
     if time.monotonic() > deadline:
         sys.exit("the robot does not move")
     time.sleep(0.05)
-client.cancel_goal()
-client.wait_for_result(rospy.Duration(10.0))
+print("the robot moves", flush=True)
+if "--wait" not in sys.argv:
+    client.cancel_goal()
+client.wait_for_result(rospy.Duration(20.0))
 print("state:", client.get_state(), client.get_goal_status_text())
