@@ -50,26 +50,32 @@ class LatestImage:
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._picture: Picture | None = None
+        self._count = 0
         self._arrival = 0.0
         self._listeners: list[Callable[[], None]] = []
 
     def put(self, content: Any, stamp: float | None = None) -> None:
         """Replace the picture. `stamp` is when it was taken [s since 1970]; default now."""
         with self._changed:
-            sequence = self._picture.sequence + 1 if self._picture else 1
-            self._picture = Picture(content, time.time() if stamp is None else stamp, sequence)
+            self._count += 1
+            self._picture = Picture(content, time.time() if stamp is None else stamp, self._count)
             self._arrival = time.monotonic()
             self._changed.notify_all()
             listeners = tuple(self._listeners)
         for listener in listeners:
             listener()
 
+    def forget(self) -> None:
+        """Have no picture until the next one is put; numbers go on."""
+        with self._changed:
+            self._picture = None
+
     def peek(self) -> Picture | None:
-        """Return the newest picture, however old; None before the first."""
+        """Return the newest picture, however old; None before the first and when it was forgotten."""
         return self._picture
 
     def age(self) -> float:
-        """Return the seconds since the newest picture arrived here (monotonic clock); infinity before the first."""
+        """Return the seconds since the newest picture arrived here (monotonic clock); infinity if there is none."""
         with self._changed:
             return time.monotonic() - self._arrival if self._picture else float("inf")
 

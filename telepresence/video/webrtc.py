@@ -41,6 +41,8 @@ _own_address: contextvars.ContextVar[str | None] = contextvars.ContextVar("own_a
 _own_ports: contextvars.ContextVar[range] = contextvars.ContextVar("own_ports", default=_ANY)
 _host_addresses = aioice.ice.get_host_addresses
 _candidates = aioice.ice.Connection.get_component_candidates
+OLDEST = 0.5
+"""[s] since its arrival after which a picture is not sent any more: whoever receives it would take it for a new one."""
 SERVER_PATIENCE = 0.5
 """[s] for which a STUN server may keep a connection waiting; aioice would wait ten times as long for a dead one."""
 
@@ -146,7 +148,8 @@ def peer_connection() -> RTCPeerConnection:
 
 
 class NewestPictureTrack(VideoStreamTrack):
-    """Sends the newest picture of a source, each at most once; what the encoder has no time for is skipped.
+    """Sends the newest picture of a source, each at most once; what the encoder has no time for is skipped, and so is
+    what was there long before a receiver is, as the camera may give nothing any more.
 
     Args:
         source: Pictures as `planes_of` makes them, stamped with the time they were taken.
@@ -173,10 +176,11 @@ class NewestPictureTrack(VideoStreamTrack):
                 raise MediaStreamError
             picture = self._source.peek()
             if picture is not None and picture.sequence != self._sequence:
-                break
+                self._sequence = picture.sequence
+                if self._source.age() <= OLDEST:
+                    break
             self._news.clear()
             await self._news.wait()
-        self._sequence = picture.sequence
         planes = picture.content
         if self._with_time:
             planes = with_time(planes, picture.stamp)

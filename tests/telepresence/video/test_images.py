@@ -39,6 +39,15 @@ def test_the_age_counts_from_the_arrival_here(monkeypatch: pytest.MonkeyPatch) -
     assert image.age() == pytest.approx(0.02)
 
 
+def test_a_forgotten_picture_is_none_and_the_next_one_is_new() -> None:
+    image = LatestImage()
+    image.put("a")
+    image.forget()
+    assert image.peek() is None and image.age() == float("inf") and image.wait_newer(0, timeout=0.01) is None
+    image.put("b")
+    assert image.wait_newer(1, timeout=1.0).content == "b", "its number is none that a reader has had"
+
+
 def test_the_stamp_is_the_time_of_putting_unless_given() -> None:
     image = LatestImage()
     before = time.time()

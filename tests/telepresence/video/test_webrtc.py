@@ -8,6 +8,7 @@ import importlib.metadata
 import random
 import time
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import aiortc.rtcrtpreceiver
 import numpy as np
@@ -15,7 +16,7 @@ import pytest
 from aiortc import RTCSessionDescription
 from aiortc.jitterbuffer import JitterBuffer
 
-from telepresence.video import webrtc
+from telepresence.video import images, webrtc
 from telepresence.video.frame_timestamp import read_age
 from telepresence.video.images import LatestImage
 
@@ -184,6 +185,27 @@ def test_newest_picture_crosses_with_its_time():
     ages = [age for _, age in arrived]
     assert None not in ages
     assert all(-0.01 < age < 10 for age in ages)
+
+
+def test_a_track_sends_no_picture_that_was_there_long_before(monkeypatch):
+    """Of a camera that has died since it would be the last one, and taken for a new one."""
+    now = 100.0
+    monkeypatch.setattr(images, "time", SimpleNamespace(time=time.time, monotonic=lambda: now))
+
+    async def first(age, put_again):
+        nonlocal now
+        source = LatestImage()
+        source.put(np.full((24, 16), 50, np.uint8))
+        now += age
+        receiving = asyncio.ensure_future(webrtc.NewestPictureTrack(source).recv())
+        await asyncio.sleep(0)  # it looks
+        if put_again:
+            assert not receiving.done()
+            source.put(np.full((24, 16), 200, np.uint8))
+        return (await asyncio.wait_for(receiving, 5.0)).to_ndarray()[0, 0]
+
+    assert asyncio.run(first(webrtc.OLDEST / 2, put_again=False)) == 50
+    assert asyncio.run(first(webrtc.OLDEST * 2, put_again=True)) == 200
 
 
 def test_drawing_the_time_leaves_the_source_as_it_is():

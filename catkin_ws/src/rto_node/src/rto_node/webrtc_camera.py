@@ -3,7 +3,8 @@
     POST http://HOST:PORT/camera[?time=1]   see `rto_node.signaling_client`
 
 Nothing is believed about a connection's state, which aiortc calls "connected" for 28 s after the sender's death: when
-no new picture has come for a second, it is given up and made anew.
+no new picture has come for a second, it is given up and made anew. Nor is the first picture of a connection believed to
+be new: without a time in it, one that a sender has kept of a dead camera looks like any other. The second one is.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class WebrtcCamera:
             time of arrival.
         problem: Why there is no picture; empty while there is one.
         age: Of the newest picture at its arrival [s]; None where it carries no time.
-        received, connections: Counts.
+        received, connections: Counts; of pictures, those that are new.
     Raises:
         ValueError: The address is invalid.
     """
@@ -79,6 +80,7 @@ class WebrtcCamera:
         self.received = 0
         self.connections = 0
         self._with_time = with_time
+        self._moves = False
         self._wanted = False
         self._leaving: set[asyncio.Task] = set()
         self._changed = asyncio.Event()
@@ -134,6 +136,7 @@ class WebrtcCamera:
         """One connection, until it is lost or not wanted any more."""
         peer = peer_connection()
         location = None
+        self._moves = False
         try:
             location = await self._connect(session, peer)
             track = peer.getTransceivers()[0].receiver.track
@@ -177,6 +180,9 @@ class WebrtcCamera:
         await self._signaling.leave(session, location)
 
     def _take(self, frame: av.VideoFrame) -> None:
+        if not self._moves:
+            self._moves = True
+            return
         pixels = frame.to_ndarray(format="bgr24")
         now = time.time()
         age = read_age(pixels, now) if self._with_time else None

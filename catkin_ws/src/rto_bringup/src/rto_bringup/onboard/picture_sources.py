@@ -1,7 +1,7 @@
 """Where the robot's pictures come from: its web server's /cam0, a V4L2 device, or a test picture.
 
 A source works on a thread of its own while somebody watches, keeps the newest picture only, and tries again when the
-camera is lost.
+camera is lost. It keeps none of a camera that is lost or let go: whoever came next would see it as new.
 """
 
 from __future__ import annotations
@@ -113,6 +113,7 @@ class PictureSource:
                     self._patience.works()
                 self.image.put(planes)
         finally:
+            self.image.forget()
             pictures.close()
 
     def _complain(self, problem: str) -> None:
