@@ -16,12 +16,13 @@ class Pictures:
     """All forms of a robot's pictures. Belongs to one event loop.
 
     Args:
-        source: Pictures as `telepresence.video.webrtc.planes_of` makes them, stamped with the time they were taken.
+        source: Pictures as `telepresence.video.webrtc.planes_of` makes them, stamped with the time they were taken; it
+            forgets them when nobody looks any more.
         watch: Told whether anybody looks.
     """
 
     def __init__(self, source: LatestImage, watch: Callable[[bool], None]) -> None:
-        self._watch, self._looking = watch, 0
+        self._source, self._watch, self._looking = source, watch, 0
         self.video = SharedVideo(source, self._count)
         """The stream for WebRTC."""
         self.small = SharedVideo(source, self._count, SMALL_BIT_RATE, shrink=2, rate=SMALL_RATE)
@@ -31,5 +32,8 @@ class Pictures:
 
     def _count(self, comes: bool) -> None:
         before, self._looking = self._looking, self._looking + (1 if comes else -1)
-        if bool(before) != bool(self._looking):
-            self._watch(comes)
+        if bool(before) == bool(self._looking):
+            return
+        self._watch(comes)
+        if not comes:
+            self._source.forget()  # whoever comes next would see it

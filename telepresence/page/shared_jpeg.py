@@ -10,6 +10,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from telepresence.page.shared_video import OLDEST
 from telepresence.video.images import LatestImage, Picture
 from telepresence.video.jpeg import encode_jpeg
 
@@ -32,8 +33,9 @@ class SharedJpeg:
 
     @contextlib.asynccontextmanager
     async def viewer(self):
-        """Yield a function that returns the newest picture, a JPEG file, once there is another one than last time."""
-        loop, news, sequence = asyncio.get_running_loop(), asyncio.Event(), 0
+        """Yield a function that returns the newest picture, a JPEG file, once there is another one than last time; one
+        from before counts if it may still be driven by."""
+        loop, news, sequence = asyncio.get_running_loop(), asyncio.Event(), self._source.begin(OLDEST)
 
         def notify() -> None:  # on the source's thread
             with contextlib.suppress(RuntimeError):  # the loop may have ended since

@@ -29,6 +29,8 @@ TIME_BASE = fractions.Fraction(1, 90000)
 """One tick of RTP's clock for video [s] (RFC 7741, 4.1)."""
 BIT_RATE = 1_500_000
 """[bits/s]: 640x480 at 30 pictures/s look good, and an hour is 0.7 GB."""
+OLDEST = 1.0
+"""[s] since a picture was taken after which nobody begins with it: its camera may have died since."""
 KEY_PERIOD = 0.5
 """[s] between two key pictures that viewers ask for: one with a bad decoder must not make everybody pay."""
 MOST_WAITING = 2
@@ -113,7 +115,7 @@ class SharedVideo:
 
         self._source.add_listener(notify)
         encoder: av.VideoCodecContext | None = None
-        sequence, due, began = 0, 0.0, time.monotonic()
+        sequence, due, began = self._source.begin(OLDEST), 0.0, time.monotonic()
         try:
             while True:
                 self._news.clear()

@@ -79,6 +79,16 @@ class LatestImage:
         with self._changed:
             return time.monotonic() - self._arrival if self._picture else float("inf")
 
+    def begin(self, oldest: float) -> int:
+        """Return the number after which pictures are news to a reader that begins now: that of a newest picture that
+        arrived here, or was taken, more than `oldest` seconds ago, else 0."""
+        with self._changed:
+            picture = self._picture
+            if picture is None:
+                return 0
+            old = max(time.monotonic() - self._arrival, time.time() - picture.stamp) > oldest
+            return picture.sequence if old else 0
+
     def wait_newer(self, sequence: int, timeout: float) -> Picture | None:
         """Wait up to `timeout` seconds for a picture after number `sequence` (0: any); None when none came."""
         with self._changed:

@@ -58,11 +58,12 @@ class QuietConversation(NoConversation):
 
 
 class Robot(OneRobot):
-    """`velocity` is what drive_lease lets through; `dark` while its camera sends nothing."""
+    """`velocity` is what drive_lease lets through; its camera sends nothing while `dark`, and pictures that are `late`
+    by so many seconds."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.dark = False
+        self.dark, self.late = False, 0.0
         self.windows_beside: list[LeaseClient] = []
         self.conversation = QuietConversation()
         self.lease = DriveLease(account)
@@ -213,7 +214,7 @@ class PageInProcess:
                     window.receive(state)
                     window.renew()
                 if not robot.dark:
-                    robot.picture.put(np.full((180, 160), level, np.uint8), time.time())
+                    robot.picture.put(np.full((180, 160), level, np.uint8), time.time() - robot.late)
             await asyncio.sleep(PERIOD)
         await runner.cleanup()
 

@@ -12,7 +12,7 @@ export function start(page) {
   let saidAt = -Infinity;
   const urgent = () => {
     if (page.state?.stopped_by) return text("driving.stopped_by", { name: page.state.stopped_by });
-    return page.link.stale && page.state ? text("driving.no_picture") : "";
+    return page.stale && page.state ? page.reasons.get("picture")?.() ?? "" : "";
   };
   page.on("tick", () => {
     const now = performance.now();

@@ -14,14 +14,14 @@ const KEYS = {
 /** Keys -> steps of the speed. */
 const FASTER = { PageUp: 1, PageDown: -1, Minus: -1, Equal: 1, NumpadSubtract: -1, NumpadAdd: 1 };
 const PANIC = 1000; // ms after a stop in which another press does not reset it: people in a panic press twice
-const CLOCKS_DIFFER = 5; // s: a picture that old means that the clocks disagree
 
 /** @param {import("./page.js").Page} page */
 export function start(page) {
   watchPictures(page);
   page.reasons.set("hidden", () => (document.hidden ? text("driving.hidden") : ""));
   page.reasons.set("focus", () => (document.hasFocus() ? "" : text("driving.no_focus")));
-  page.reasons.set("picture", () => (page.link.stale ? text("driving.no_picture") : ""));
+  page.reasons.set("picture", () =>
+    page.link.stale ? text("driving.no_picture") : page.stale ? text("driving.old_picture") : "");
   page.reasons.set("delay", () => (page.delay.share(performance.now()) ? "" : text("driving.too_slow")));
   for (const name of ["blur", "pagehide", "freeze"]) addEventListener(name, () => letGo(page));
   document.addEventListener("visibilitychange", () => letGo(page));
@@ -62,7 +62,7 @@ function watchPictures(page) {
   page.on("tick", () => patience.note(page.link.pictureAt));
   page.on("state", () => {
     const age = page.pictureAge();
-    if (age !== null && age >= 0 && age < CLOCKS_DIFFER) page.delay.note("picture", 1000 * age, performance.now());
+    if (age !== null && age >= 0) page.delay.note("picture", 1000 * age, performance.now());
     if (page.state.top) page.held.setTop(page.state.top[0], page.state.top[1]);
   });
 }

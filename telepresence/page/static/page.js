@@ -6,7 +6,7 @@ import { DelayLimit } from "./delay.js";
 import { Held } from "./held.js";
 import { text } from "./language.js";
 import { section } from "./layout.js";
-import { Link } from "./link.js";
+import { Link, STALE } from "./link.js";
 import { setOwed } from "./signing_out.js";
 
 const TICK = 50; // ms: 20 commands a second while something is held
@@ -94,6 +94,12 @@ export class Page extends EventTarget {
   /** Why nothing would drive that were pressed now; "" if something would. */
   refusal() {
     return this.obstacle() || (this.state ? this.state.obstacle : "");
+  }
+
+  /** Whether nobody should drive by the picture on the screen: no new one comes, or the station's own newest is old. */
+  get stale() {
+    const age = 1000 * (this.state?.picture?.[1] ?? Infinity); // by the station's clock alone
+    return this.link.stale || age > STALE;
   }
 
   /** Whether anything is held. */

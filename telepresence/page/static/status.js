@@ -15,6 +15,7 @@ const BAD_DELAY = 0.3;
 const LOW = 0.3; // of the charge
 const EMPTY = 0.15;
 const UNASKED = /^No command (yet|for [\d.]+ s)\.$/; // why the gate lets a robot stand of which nobody wants anything
+const HOUR = 3600; // s
 const OFTEN = 250; // ms between two changes of a figure: nobody reads faster
 
 /** @param {import("./page.js").Page} page */
@@ -58,8 +59,8 @@ export function start(page) {
   page.on("state", () => { clock.note(page.state.picture, performance.now() / 1000); show(); });
   page.on("robot", () => { clock.forget(); stamp = age = null; changedAt = -Infinity; show(); });
   page.on("tick", () => {
-    part("picture").classList.toggle("stale", page.link.stale);
-    if (page.link.stale) show();
+    part("picture").classList.toggle("stale", page.stale);
+    if (page.stale) show();
     else say();
   });
   offerSmallPictures(page);
@@ -97,7 +98,8 @@ function level(delay) {
 function showAge(age) {
   const element = part("age");
   const ms = age === null ? 0 : Math.round(1000 * age);
-  const words = age === null || age < -1 || age > 3600 ? "" // clocks that disagree: no figure
+  const words = age === null || age < -1 || age === Infinity ? "" // clocks that disagree, or no picture yet: no figure
+    : age > HOUR ? text("picture.age_hour")
     : ms < 1000 ? text("picture.age", { ms: Math.max(0, ms) }) : text("picture.age_seconds", { s: (ms / 1000).toFixed(1) });
   if (element.textContent !== words) element.textContent = words;
   for (const name of ["good", "warn", "bad"]) element.classList.toggle(name, name === level(age ?? 0));

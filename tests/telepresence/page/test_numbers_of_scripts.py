@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from gui.driving import delay_speed_limit, drive_controls, gamepad, look_around, picture_age
+from gui.driving import delay_speed_limit, drive_controls, gamepad, look_around
 from gui.widgets import picture_patience, video_view
 from telepresence.page import browser_messages
 from telepresence.page.app import STATIC
@@ -42,7 +42,7 @@ SHARED = {
         "REMEMBERED": picture_patience.REMEMBERED,
         "FEWEST": picture_patience.FEWEST,
     },
-    "driving.js": {"PANIC": 1000.0 * drive_controls.PANIC_TIME, "CLOCKS_DIFFER": picture_age.CLOCKS_DIFFER},
+    "driving.js": {"PANIC": 1000.0 * drive_controls.PANIC_TIME},
     "link.js": {"STALE": 1000.0 * video_view.STALE_AFTER},
     "overlay.js": {"SLOW": floor_goal.SLOW, "BLOCKED": floor_goal.BLOCKED},
     "page.js": {

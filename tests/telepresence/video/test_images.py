@@ -48,6 +48,19 @@ def test_a_forgotten_picture_is_none_and_the_next_one_is_new() -> None:
     assert image.wait_newer(1, timeout=1.0).content == "b", "its number is none that a reader has had"
 
 
+def test_a_reader_begins_with_a_picture_that_is_old_by_neither_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 100.0
+    monkeypatch.setattr(images, "time", SimpleNamespace(time=time.time, monotonic=lambda: now))
+    image = LatestImage()
+    assert image.begin(1.0) == 0, "there is none"
+    image.put("a")
+    assert image.begin(1.0) == 0
+    now += 1.1
+    assert image.begin(1.0) == 1, "it came long ago"
+    image.put("b", stamp=time.time() - 3600.0)
+    assert image.begin(1.0) == 2, "it was taken long ago"
+
+
 def test_the_stamp_is_the_time_of_putting_unless_given() -> None:
     image = LatestImage()
     before = time.time()
