@@ -8,6 +8,7 @@ import itertools
 import socket
 import threading
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -102,6 +103,12 @@ class Browser:
         )
 
 
+def shows_new(browser: Browser, page: SimpleNamespace, picture: bytes, colour: tuple[int, int, int]) -> bool:
+    """Whether the page shows this picture, of a camera that goes on: one that stops is dimmed after three seconds."""
+    page.image.put(picture)
+    return browser.shows(colour)
+
+
 class Wire:
     """A TCP relay to the server that can break the streams and nothing else, as a forgetful router does."""
 
@@ -193,13 +200,12 @@ def test_the_picture_fills_the_screen_and_the_words_are_on_it(
     page.image.put(jpeg(BLUE))
     browser.resize(*size)
     browser.open(page.server.url)
-    wait_until(lambda: browser.shows(BLUE), "the picture is painted")
+    wait_until(lambda: shows_new(browser, page, jpeg(BLUE), BLUE), "the picture is painted")
     picture = browser.screenshot()
     assert picture.shape == (size[1], size[0], 3)
     foot = picture[int(size[1] * 0.8) :, : size[0] // 2]
     assert (foot.min(axis=2) > 200).mean() > 0.01, "no white letters at the foot"
-    page.image.put(jpeg(RED))
-    wait_until(lambda: browser.shows(RED), "the next picture is painted")
+    wait_until(lambda: shows_new(browser, page, jpeg(RED), RED), "the next picture is painted")
 
 
 @pytest.mark.parametrize("missing", [(), NEWER], ids=["current", "as old as the tablet's web view"])
@@ -260,12 +266,11 @@ def test_a_server_that_dies_is_missed_and_found_again(
     page = open_page()
     page.image.put(jpeg(BLUE))
     browser.open(page.server.url)
-    wait_until(lambda: browser.shows(BLUE), "the picture is painted")
+    wait_until(lambda: shows_new(browser, page, jpeg(BLUE), BLUE), "the picture is painted")
     page.server.close()
     wait_until(lambda: browser.evaluate("document.body.className") == "waiting", "the page notices")
     again = open_page(port=page.server.port)
-    again.image.put(jpeg(GREEN))
-    wait_until(lambda: browser.shows(GREEN), "the picture is back")
+    wait_until(lambda: shows_new(browser, again, jpeg(GREEN), GREEN), "the picture is back")
     assert browser.evaluate("document.body.className") == "live"
 
 
@@ -277,7 +282,7 @@ def test_a_stream_that_dies_alone_is_opened_again(
     page.image.put(jpeg(BLUE))
     with Wire(page.server.port) as wire:
         browser.open(f"http://127.0.0.1:{wire.port}/")
-        wait_until(lambda: browser.shows(BLUE), "the picture is painted")
+        wait_until(lambda: shows_new(browser, page, jpeg(BLUE), BLUE), "the picture is painted")
         before = wire.streams
         getattr(wire, fault)()
 
@@ -286,8 +291,7 @@ def test_a_stream_that_dies_alone_is_opened_again(
             return wire.streams > before
 
         wait_until(moves_on, "the page opens another stream")
-        page.image.put(jpeg(RED))
-        wait_until(lambda: browser.shows(RED), "the picture is back")
+        wait_until(lambda: shows_new(browser, page, jpeg(RED), RED), "the picture is back")
 
 
 def test_single_pictures_where_streams_do_not_work(
@@ -296,6 +300,5 @@ def test_single_pictures_where_streams_do_not_work(
     page = open_page(max_viewers=0)
     page.image.put(jpeg(GREEN))
     browser.open(page.server.url)
-    wait_until(lambda: browser.shows(GREEN), "the page asks for single pictures")
-    page.image.put(jpeg(RED))
-    wait_until(lambda: browser.shows(RED), "the next picture")
+    wait_until(lambda: shows_new(browser, page, jpeg(GREEN), GREEN), "the page asks for single pictures")
+    wait_until(lambda: shows_new(browser, page, jpeg(RED), RED), "the next picture")
