@@ -111,7 +111,7 @@ class RobotOnPage:
         self.conversation = RobotConversation(station.conversation)
         self.windows: dict[Tab, BrowserWindow] = {}
         self.lease: LeaseState | None = None
-        self._looking: list[str] = []
+        self._looking: list[str] | None = None  # what a program before this one has said, nobody here knows
 
     def note_who_looks(self, connected: Collection[Tab]) -> None:
         """Say who looks at the robot, when that has changed."""
