@@ -21,7 +21,7 @@ export function start(page) {
   page.reasons.set("hidden", () => (document.hidden ? text("driving.hidden") : ""));
   page.reasons.set("focus", () => (document.hasFocus() ? "" : text("driving.no_focus")));
   page.reasons.set("picture", () =>
-    page.link.stale ? text("driving.no_picture") : page.stale ? text("driving.old_picture") : "");
+    page.link.stale ? text(page.link.dark ? "driving.dark" : "driving.no_picture") : page.stale ? text("driving.old_picture") : "");
   page.reasons.set("delay", () => (page.delay.share(performance.now()) ? "" : text("driving.too_slow")));
   for (const name of ["blur", "pagehide", "freeze"]) addEventListener(name, () => letGo(page));
   document.addEventListener("visibilitychange", () => letGo(page));

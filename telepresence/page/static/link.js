@@ -1,12 +1,13 @@
 // @ts-check
 /** The connection to the station, by WebRTC or, where that is not available, by a websocket. It never waits for ICE to
- * heal: without pictures for a second it dials again. */
+ * heal: without pictures for a second it dials again, unless the station says that it has no new ones either. */
 
 import { Dialling, GATHERING } from "./dialling.js";
 import { text } from "./language.js";
 import { Slower } from "./slower.js";
 
 export const STALE = 1000; // ms without a new picture after which nobody drives by the last one
+const UNDER_WAY = 500; // ms that a picture may be on its way to the screen after the station has said that it sends it
 const KEPT = 10000; // ms for which a hidden page stays connected
 const GLANCE = 500; // ms in which pictures come again after somebody has looked elsewhere
 const IDLE = 5000; // ms without a command, after which a connection that works may be given up for a better one
@@ -79,6 +80,10 @@ export class Link {
     this.listeners = listeners;
     this.robot = ""; // whom it dials
     this.pictureAt = -Infinity; // when the newest picture was shown
+    this.stateAt = -Infinity; // when this connection last brought a state
+    /** @type {number | null} when the newest picture was taken that the station has sent by this connection, by its clock */
+    this.sent = null;
+    this.missedAt = -Infinity; // since when there is a newer picture at the station than was shown, if after `pictureAt`
     this.shownAt = -Infinity; // when the page was last in sight
     this.heldAt = -Infinity; // when it last drove
     this.dialling = new Dialling();
@@ -121,7 +126,32 @@ export class Link {
     return performance.now() - this.pictureAt > STALE;
   }
 
-  /** Dial if the picture has stopped; to be called again and again. */
+  /** A state has come: pictures of which it tells should be on the screen soon. @param {any} state */
+  onState(state) {
+    const now = performance.now();
+    this.stateAt = now;
+    const sent = state.picture?.[2] ?? this.sent;
+    if (sent !== this.sent && now - this.pictureAt > UNDER_WAY && !this.misses) this.missedAt = now;
+    this.sent = sent;
+    this.listeners.onState(state);
+  }
+
+  /** Whether the station has sent pictures since the one on the screen. */
+  get misses() {
+    return this.missedAt > this.pictureAt;
+  }
+
+  /** Whether the connection is in order and only the robot sends no new picture: another connection would bring none. */
+  get dark() {
+    return performance.now() - this.stateAt <= STALE && !this.misses;
+  }
+
+  /** Whether this connection brings nothing new any more that there is. @param {number} now */
+  lost(now) {
+    return this.stale && (now - this.stateAt > STALE || (this.misses && now - this.missedAt > STALE));
+  }
+
+  /** Dial if the connection is lost; to be called again and again. */
   keep() {
     const now = performance.now();
     if (document.hidden) {
@@ -131,7 +161,7 @@ export class Link {
     this.shownAt = now;
     const better = !!this.slower?.open && WEBRTC && now - this.heldAt > IDLE && this.dialling.tryAgain(now);
     if (better) this.hangUp();
-    if (better || (this.stale && now > this.dialling.until)) this.dial().catch((error) => this.onFailed(error));
+    if (better || (this.lost(now) && now > this.dialling.until)) this.dial().catch((error) => this.onFailed(error));
   }
 
   /** @param {any} error */
@@ -166,7 +196,7 @@ export class Link {
   /** @param {(name: string) => RTCDataChannel | import("./slower.js").Channel} channel makes one */
   open(channel) {
     this.channels = Object.fromEntries(Object.keys(CHANNELS).map((name) => [name, channel(name)]));
-    this.channels.state.onmessage = (event) => this.listeners.onState(JSON.parse(event.data));
+    this.channels.state.onmessage = (event) => this.onState(JSON.parse(event.data));
     for (const name of ["drive", "floor"]) this.channels[name].onmessage = (event) => this.listeners.onEcho(JSON.parse(event.data).n);
     this.channels.ask.onmessage = (event) => this.onAnswer(JSON.parse(event.data));
   }
@@ -203,7 +233,7 @@ export class Link {
   /** The station has hung up, or cannot be reached. @param {RTCPeerConnection} peer */
   onLost(peer) {
     if (this.peer !== peer) return;
-    this.pictureAt = -Infinity;
+    this.pictureAt = this.stateAt = -Infinity;
     this.dialling.failed();
   }
 
@@ -223,6 +253,8 @@ export class Link {
     this.peer?.close();
     this.slower?.close();
     this.peer = this.slower = null;
+    this.stateAt = this.missedAt = -Infinity;
+    this.sent = null;
     this.channels = {};
     for (const resolve of this.unanswered.values()) resolve(text("connection.none"));
     this.unanswered.clear();
@@ -265,7 +297,7 @@ export class Link {
 
   /** Dial now, whatever there is. */
   redial() {
-    this.pictureAt = -Infinity;
+    this.pictureAt = this.stateAt = -Infinity;
     this.dialling.works(true);
     this.dialling.hurry();
     this.keep();

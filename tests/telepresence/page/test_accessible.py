@@ -115,7 +115,9 @@ def test_without_pictures_the_page_says_so_first_and_axe_finds_nothing(browser, 
     robot.dark = True
     try:
         browser.until("document.getElementById('picture').matches('.stale')", "the picture is old")
-        browser.until("document.getElementById('status').textContent === 'There is no new picture.'", "it is said")
+        browser.until(
+            "document.getElementById('status').textContent === 'The robot\\'s camera sends no picture.'", "it is said"
+        )
         assert violations(browser) == []
     finally:
         robot.dark, robot.shown = False, {"gate": None}
