@@ -1,18 +1,30 @@
 """What the launch files of whole stations start, read as roslaunch reads them; nothing is started."""
 
+import re
+import xml.etree.ElementTree
 from pathlib import Path
 
 import pytest
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.xmlloader import XmlLoader
 
-LAUNCH = Path(__file__).resolve().parent.parent / "launch"
+ROOT = Path(__file__).resolve().parent.parent
+LAUNCH = ROOT / "launch"
+PACKAGES = ROOT / "catkin_ws" / "src"
+PASSING_ALL = [
+    path for path in sorted(PACKAGES.glob("*/launch/*.launch")) if 'pass_all_args="true"' in path.read_text()
+]
 
 
 def nodes(robot: str, *settings: str) -> dict[str, tuple[str, dict[str, object]]]:
     """Arguments and private parameters of each node, by name."""
+    return nodes_of(LAUNCH / f"{robot}.launch", *settings)
+
+
+def nodes_of(launch_file: Path, *settings: str) -> dict[str, tuple[str, dict[str, object]]]:
+    """The same for any launch file."""
     config = ROSLaunchConfig()
-    XmlLoader(resolve_anon=True).load(str(LAUNCH / f"{robot}.launch"), config, argv=list(settings), verbose=False)
+    XmlLoader(resolve_anon=True).load(str(launch_file), config, argv=list(settings), verbose=False)
     values = {name: parameter.value for name, parameter in config.params.items()}
     return {
         node.name: (
@@ -46,3 +58,33 @@ def test_at_a_real_robot_microphone_and_camera_wait_for_a_pilot(robot, settings,
         assert started["com_cam"][1]["show_on_tablet"] is from_the_beginning
     if "gui_ros_node" in started:
         assert ("--converse" in started["gui_ros_node"][0]) is not from_the_beginning
+
+
+def arguments(launch_file: Path) -> set[str]:
+    """The arguments that can be given to a launch file."""
+    found = xml.etree.ElementTree.parse(launch_file).getroot().iterfind("arg")
+    return {argument.get("name") for argument in found if argument.get("value") is None}
+
+
+def wrapped(launch_file: Path) -> list[Path]:
+    """The launch files that get all arguments of this one."""
+    includes = xml.etree.ElementTree.parse(launch_file).getroot().iter("include")
+    files = [include.get("file") for include in includes if include.get("pass_all_args")]
+    return [PACKAGES / re.sub(r"\$\(find (\w+)\)", r"\1", file) for file in files]
+
+
+@pytest.mark.parametrize("wrapper", PASSING_ALL, ids=lambda path: path.stem)
+def test_a_wrapper_declares_all_arguments_of_what_it_wraps(wrapper):
+    assert wrapped(wrapper)
+    for launch_file in wrapped(wrapper):
+        assert not arguments(launch_file) - arguments(wrapper), launch_file.name
+
+
+def test_the_file_of_the_former_driver_takes_what_that_of_the_python_driver_takes():
+    python, former = (
+        PACKAGES / "pepper_bringup/launch" / f"{name}.launch" for name in ("pepper_full_py", "pepper_full")
+    )
+    assert arguments(former) == arguments(python)
+    asleep = nodes_of(former, "wake_up:=false", "safety:=false", "front_resolution:=1")
+    assert asleep == nodes_of(python, "wake_up:=false", "safety:=false", "front_resolution:=1")
+    assert asleep["naoqi_driver"][1]["wake_up"] is False and nodes_of(former)["naoqi_driver"][1]["wake_up"] is True
