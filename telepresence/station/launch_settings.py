@@ -42,7 +42,7 @@ OWN_SETTINGS = {
 
 def launch_arguments(robot: str) -> set[str]:
     """Return the names of the arguments that a person can give to the launch file."""
-    return {argument.get("name", "") for argument in _arguments(robot)}
+    return arguments_of(LAUNCH / f"{robot}.launch")
 
 
 def described_arguments(robot: str) -> dict[str, str]:
@@ -60,8 +60,17 @@ def _in_words(default: str) -> str:
     return re.sub(r"\$\(optenv (\S+) (\S+)\)", r"\2, or what \1 says", default)
 
 
+def arguments_of(launch_file: Path) -> set[str]:
+    """Return the names of the arguments that a person can give to any launch file."""
+    return {argument.get("name", "") for argument in _declared(launch_file)}
+
+
 def _arguments(robot: str) -> list[xml.etree.ElementTree.Element]:
-    root = xml.etree.ElementTree.parse(LAUNCH / f"{robot}.launch").getroot()
+    return _declared(LAUNCH / f"{robot}.launch")
+
+
+def _declared(launch_file: Path) -> list[xml.etree.ElementTree.Element]:
+    root = xml.etree.ElementTree.parse(launch_file).getroot()
     return [argument for argument in root.iterfind("arg") if argument.get("value") is None]
 
 

@@ -14,6 +14,7 @@ SCRIPT = Path(__file__).resolve().parents[3] / "catkin_ws/src/naoqi_driver_py/sc
 
 @pytest.fixture(autouse=True)
 def _no_address(monkeypatch):
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(SCRIPT.parents[2]))
     for name in ("NAO_IP", "NAO_PORT"):
         monkeypatch.delenv(name, raising=False)
 
@@ -40,6 +41,19 @@ def test_the_address_may_be_said_in_every_way_that_drivers_know(words, url, sett
 def test_an_address_of_the_environment_is_used(monkeypatch):
     monkeypatch.setenv("NAO_IP", "10.0.0.8")
     assert read_command_line([])[1].url == "tcp://10.0.0.8:9559"
+
+
+def test_a_mistyped_argument_is_refused_with_those_that_there_are(capsys):
+    with pytest.raises(SystemExit):
+        read_command_line(["--pip", "10.0.0.7", "_wake_upp:=false"])
+    said = capsys.readouterr().err
+    assert "there is no argument '_wake_upp'; arguments: _base_frame_id, " in said and "_wake_up," in said
+
+
+def test_the_words_of_the_former_driver_are_no_mistakes():
+    words = ["_roscore_ip:=10.0.0.1", "_network_interface:=eth0", "_force_python:=true", "_nao_ip:=10.0.0.7"]
+    command, _ = read_command_line(["--pip", "10.0.0.7", *words])
+    assert "network_interface:=eth0" in command
 
 
 def run(environment: dict[str, str], *arguments: str) -> tuple[int, str]:

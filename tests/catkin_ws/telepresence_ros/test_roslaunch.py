@@ -238,5 +238,15 @@ def test_a_station_that_is_stopped_is_reported_once(run_program, wait_until, tmp
     faults.close()
 
 
+def test_a_mistyped_argument_is_refused_before_anything_starts(launch, run_program):
+    launch_file = launch.folder / "all.launch"
+    launch_file.write_text('<launch><arg name="gate" default="" /><arg name="fixed" value="" /></launch>')
+    words = (launch_file, "gate:=robot", "gaet:=robot", "__log:=/dev/null", "_rate:=1")
+    command = (sys.executable, "-m", "telepresence_ros.roslaunch", *words)
+    refused = run_program(*command, env=launch.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    said, _ = refused.communicate(timeout=60.0)
+    assert refused.returncode == 1 and "there is no argument 'gaet'; arguments: gate" in said and "fixed" not in said
+
+
 def test_the_message_of_a_fault_has_the_fields_that_are_sent():
     assert Fault.__slots__ == ["stamp", "program", "what", "next"]

@@ -12,9 +12,13 @@ import os
 import socket
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from urllib.parse import urlsplit
 
+import rospkg
+
 from naoqi_driver.connection import CONNECT_TIMEOUT, Address
+from telepresence.station.launch_settings import arguments_of
 
 LAUNCH = ["roslaunch", "naoqi_driver_py", "naoqi_driver.launch"]
 
@@ -59,6 +63,12 @@ def read_command_line(arguments: Sequence[str]) -> tuple[list[str], Address]:
         address = Address.parse(ip, int(port))
     except ValueError as error:
         parser.error(str(error))
+    known = arguments_of(Path(rospkg.RosPack().get_path(LAUNCH[1])) / "launch" / LAUNCH[2])
+    for name in settings:
+        if name not in known:  # roslaunch itself would ignore it
+            parser.error(
+                f"there is no argument '_{name}'; arguments: {', '.join(f'_{each}' for each in sorted(known))}"
+            )
     words = {**settings, "nao_ip": ip, "nao_port": str(port)}
     return [*LAUNCH, *(f"{name}:={value}" for name, value in words.items())], address
 

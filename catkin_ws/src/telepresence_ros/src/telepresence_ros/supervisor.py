@@ -10,6 +10,8 @@ import contextlib
 import os
 import signal
 import subprocess
+import sys
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -21,11 +23,12 @@ import roslaunch.launch
 import roslaunch.nodeprocess
 import roslaunch.parent
 import roslaunch.pmon
-from rosgraph.names import ns_join
+from rosgraph.names import load_mappings, ns_join
 
 from telepresence.station import heartbeat, program_registry
 from telepresence.station.absence import Absence
 from telepresence.station.faults import SOCKET, FaultReporter
+from telepresence.station.launch_settings import arguments_of
 from telepresence_ros.forked_process import NodeStarter
 from telepresence_ros.node_monitor import FAULTS, NodeMonitor
 from telepresence_ros.sockets import narrow_sockets
@@ -43,6 +46,7 @@ class Supervisor(roslaunch.parent.ROSLaunchParent):
 
     def _load_config(self) -> None:
         super()._load_config()
+        require_known_arguments(self.roslaunch_files, sys.argv)
         node = roslaunch.core.Node(
             "telepresence_ros", "station_faults", FAULTS.strip("/"), args=str(self.folder / SOCKET), respawn=True
         )
@@ -58,6 +62,15 @@ class Supervisor(roslaunch.parent.ROSLaunchParent):
                 with contextlib.suppress(ProcessLookupError):
                     os.killpg(os.getpgid(left.pid), signal.SIGKILL)
         heartbeat.notify("READY=1")
+
+
+def require_known_arguments(launch_files: Iterable[str], command_line: Sequence[str]) -> None:
+    """Raise roslaunch's RLException when no launch file has an argument that the command line sets: roslaunch itself
+    would ignore it."""
+    known = set().union(*(arguments_of(Path(launch_file)) for launch_file in launch_files))
+    for name in load_mappings(command_line):
+        if name not in known and not name.startswith("__"):  # __name, __ns and __log are roslaunch's own
+            raise roslaunch.core.RLException(f"there is no argument '{name}'; arguments: {', '.join(sorted(known))}")
 
 
 def run(folder: Path, station: int | None, starter: NodeStarter, waits: bool = False) -> None:
