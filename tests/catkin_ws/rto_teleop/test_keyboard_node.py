@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pty
 import threading
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -60,3 +61,17 @@ def test_what_was_typed_to_a_program_that_was_stopped_moves_nothing(desk):
     desk.type("w")
     desk.turn()
     assert desk.drives, "a new key drives again"
+
+
+def test_what_was_held_when_the_machine_fell_asleep_moves_nothing(desk, monkeypatch):
+    desk.type("w")
+    desk.turn()
+    assert desk.drives
+    # Linux: CLOCK_MONOTONIC stands still while the machine sleeps, CLOCK_BOOTTIME goes on.
+    awake, clock_gettime = time.monotonic(), time.clock_gettime
+    asleep = {time.CLOCK_BOOTTIME: 3600.0}
+    monkeypatch.setattr(time, "monotonic", lambda: awake)
+    monkeypatch.setattr(time, "clock_gettime", lambda which: clock_gettime(which) + asleep.get(which, 0.0))
+    desk.type("w")
+    desk.turn()
+    assert not desk.drives

@@ -17,7 +17,7 @@ import time
 
 import rospy
 from telepresence_ros.node import Node, stop_on_signals
-from twist_keyboard.terminal import HungUp, KeyTerminal
+from twist_keyboard.terminal import PARTING_TIME, HungUp, KeyTerminal, clock, say
 
 from rto_teleop.drive_topic import DriveTopic
 from rto_teleop.keys import DRIVING_KEYS, HELD_TOGETHER, TYPED_IN_TURN, HeldKeys
@@ -35,8 +35,6 @@ LONGEST_PAUSE = 0.5
 been standing since, and what was typed meanwhile must not move it."""
 REMINDER = 5.0
 """Seconds between two sentences about why keys move nothing."""
-PARTING_TIME = 0.3
-"""Seconds allowed for the last zero to be sent: rospy sends from a thread of its own, late on a busy machine."""
 
 
 def main(name: str = "rto_teleop_keyboard", topic: str = "cmd_vel") -> int:
@@ -52,7 +50,7 @@ def main(name: str = "rto_teleop_keyboard", topic: str = "cmd_vel") -> int:
     except ValueError as error:
         print(f"{name}: wrong parameter: {error}", file=sys.stderr)
         return 1
-    KeyboardNode(keys, DriveTopic(topic, _own_names(), _say), node.stop, master_lost).run()
+    KeyboardNode(keys, DriveTopic(topic, _own_names(), say), node.stop, master_lost).run()
     node.shut_down("keyboard driving ended")
     return 0
 
@@ -74,18 +72,18 @@ class KeyboardNode:
     def run(self) -> None:
         """Drive until the terminal hangs up, a signal comes or ROS shuts this node down."""
         if sys.stdin is None or not sys.stdin.isatty():
-            _say(f"There is no terminal here to read keys from. In a terminal:  rosrun {_own_names()}")
+            say(f"There is no terminal here to read keys from. In a terminal:  rosrun {_own_names()}")
             self._stop.wait()
             return
         try:
             threading.Thread(target=self._topic.watch, args=(self._stop,), name="drive-topic", daemon=True).start()
             with KeyTerminal(sys.stdin.fileno()) as terminal:
-                _say(self._keys.help(HELD_TOGETHER if self._x else TYPED_IN_TURN))
-                _say(self._keys.describe())
+                say(self._keys.help(HELD_TOGETHER if self._x else TYPED_IN_TURN))
+                say(self._keys.describe())
                 while not self._stop.is_set():
                     self._turn(terminal)
         except HungUp as error:
-            _say(f"{error}; the robot stops")
+            say(f"{error}; the robot stops")
         finally:
             if self._driving:
                 self._publish(ZERO_VELOCITY)
@@ -93,29 +91,29 @@ class KeyboardNode:
 
     def _turn(self, terminal: KeyTerminal) -> None:
         if not terminal.in_foreground():
-            self._keys.release(time.monotonic())
+            self._keys.release(clock())
             self._send()
             self._stop.wait(PERIOD)
             if terminal.in_foreground():
                 terminal.resume()
-            self._turned = time.monotonic()
+            self._turned = clock()
             return
         before = self._keys.describe()
         typed = terminal.read_keys(WATCH_PERIOD if self._keys.watched else PERIOD)
-        before_that, self._turned = self._turned, time.monotonic()
+        before_that, self._turned = self._turned, clock()
         if self._turned - before_that > LONGEST_PAUSE:
             terminal.resume()
             self._keys.release(self._turned)
             typed = []
         if typed or self._keys.watched:
-            self._take(typed, time.monotonic())
-            self._check_way(time.monotonic())
+            self._take(typed, clock())
+            self._check_way(clock())
         if self._master_lost.is_set():
             self._master_lost.clear()
-            self._keys.release(time.monotonic())
-            _say("The ROS master does not answer: the robot stops.")
+            self._keys.release(clock())
+            say("The ROS master does not answer: the robot stops.")
         if self._keys.describe() != before:
-            _say(self._keys.describe())
+            say(self._keys.describe())
         self._send()
 
     def _take(self, typed: list[str], now: float) -> None:
@@ -137,7 +135,7 @@ class KeyboardNode:
             except OSError as error:
                 self._x.close()
                 self._x = None
-                _say(f"{error}: several keys at once must be typed in turn from now on.")
+                say(f"{error}: several keys at once must be typed in turn from now on.")
         return frozenset(), 0
 
     def _check_way(self, now: float) -> None:
@@ -147,10 +145,10 @@ class KeyboardNode:
             self._keys.release(now)
         if reason and now - self._reminded > REMINDER:
             self._reminded = now
-            _say(reason)
+            say(reason)
 
     def _send(self) -> None:
-        velocity = self._keys.command(time.monotonic())
+        velocity = self._keys.command(clock())
         self._driving = velocity is not None and any(velocity)
         if velocity is not None:
             self._publish(velocity)
@@ -174,11 +172,3 @@ def _own_names() -> str:
     """Return what a person types after rosrun."""
     program = rospy.get_name().rpartition("/")[2]
     return f"{'rto_safe_teleop' if program.startswith('safe') else 'rto_teleop'} {program}"
-
-
-def _say(text: str) -> None:
-    """Print for the pilot. A terminal that has gone away is no reason to die before the robot has its zero."""
-    try:
-        print(text, flush=True)
-    except OSError:
-        return

@@ -30,7 +30,7 @@ from telepresence.security.outside_text import clean
 from telepresence.station import priority
 from twist_keyboard.keys import HELP, HELP_EVERY, LatchedKeys, Velocity
 from twist_keyboard.other_inputs import OtherInputs
-from twist_keyboard.terminal import HungUp, KeyTerminal
+from twist_keyboard.terminal import PARTING_TIME, HungUp, KeyTerminal, clock, say
 
 NAME = "teleop_twist_keyboard"
 IDLE_PERIOD = 0.1
@@ -189,7 +189,7 @@ class KeyboardNode:
         if self._keys.moving:
             self._keys.let_go()
             self._publish(Velocity())
-            time.sleep(0.1)  # rospy sends from a thread of its own; the robot would stop anyway 0.5 s later
+            time.sleep(PARTING_TIME)
 
     def _say_state(self) -> None:
         """Print what has changed, and after every fifteenth speed key the help."""
@@ -202,16 +202,3 @@ class KeyboardNode:
             if pressed // HELP_EVERY != self._speed_keys // HELP_EVERY:
                 say(HELP)
             self._speed_keys = pressed
-
-
-def clock() -> float:
-    """Return the time of a clock that goes on while the machine sleeps [s]."""
-    return time.clock_gettime(time.CLOCK_BOOTTIME)
-
-
-def say(text: str) -> None:
-    """Print for the pilot. A terminal that has gone away is no reason to die before the robot has its zero."""
-    try:
-        print(text, flush=True)
-    except OSError:
-        return

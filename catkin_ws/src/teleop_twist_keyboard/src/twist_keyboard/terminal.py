@@ -12,12 +12,28 @@ import contextlib
 import os
 import select
 import termios
+import time
 from pathlib import Path
 from types import TracebackType
 
 from twist_keyboard.keys import split_keys
 
+PARTING_TIME = 0.3
+"""Seconds allowed for the last zero to be sent: rospy sends from a thread of its own, late on a busy machine."""
 _OWN_TERMINAL = os.makedev(5, 0)  # /dev/tty, whichever terminal that is
+
+
+def clock() -> float:
+    """Return the time of a clock that goes on while the machine sleeps [s]."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME)
+
+
+def say(text: str) -> None:
+    """Print for the pilot. A terminal that has gone away is no reason to die before the robot has its zero."""
+    try:
+        print(text, flush=True)
+    except OSError:
+        return
 
 
 class HungUp(OSError):
