@@ -21,8 +21,12 @@ GATE_LIFE = 0.5
 """[s] for which what the safety gate said colours the way to a place, and is shown by the page; it speaks 20 times a
 second. Less than `SILENT_AFTER` of `telepresence.station.fault_sentences`: no way is called free beside the sentence
 that the gate is gone."""
-CHARGING, DEAD = 1, 3
-"""sensor_msgs/BatteryState: power_supply_status, power_supply_health."""
+CHARGING = 1
+"""sensor_msgs/BatteryState: power_supply_status."""
+LOW_VOLTAGES = {0: 19.0, 1: 19.8, 2: 15.0}
+"""sensor_msgs/BatteryState: power_supply_technology -> the voltage [V] below which a Robotino says that its battery is
+low, and soon switches off: lead-acid, which has no number there; NiMH; Li-Ion. Source: Robotino's controld3.conf
+(mirror BusHero/robotino_api2). A Pepper publishes no voltage."""
 LARGEST = 1e5
 """Largest position [m], velocity [m/s, rad/s], voltage [V] and focal length [px] taken from a robot. No robot has more,
 and numbers of hundreds of digits do not fit the window."""
@@ -178,7 +182,7 @@ def read_battery(message: Any, arrived: float) -> Battery:
         float(message.percentage) if -0.5 <= message.percentage <= 1.5 else math.nan,
         float(message.voltage) if 0.0 < message.voltage < 1000.0 else math.nan,
         message.power_supply_status == CHARGING,
-        message.power_supply_health == DEAD,
+        0.0 < message.voltage < LOW_VOLTAGES.get(message.power_supply_technology, 0.0),
         arrived,
     )
 

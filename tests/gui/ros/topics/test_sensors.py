@@ -129,7 +129,8 @@ def test_directions_of_allowed_speeds_go_counter_clockwise():
 
 
 def test_a_battery_without_voltage_tells_none():
-    battery = read_battery(Message(percentage=0.5, voltage=0.0, power_supply_status=1, power_supply_health=1), 0.0)
+    message = Message(percentage=0.5, voltage=0.0, power_supply_status=1, power_supply_technology=2)
+    battery = read_battery(message, 0.0)
     assert math.isnan(battery.voltage) and battery.charging and not battery.low
 
 

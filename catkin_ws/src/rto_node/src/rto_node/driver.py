@@ -67,6 +67,7 @@ class Driver:
         self._wheels = [0.0, 0.0, 0.0]
         self._wheels_at: float | None = None
         self._state, self._state_due = "", 0.0
+        self._battery_low = ""
         self._log = ChangeLog()
         self._drive_diagnostics = Diagnostics("drive", address)
         self._sensor_diagnostics = Diagnostics("sensors", address)
@@ -159,10 +160,9 @@ class Driver:
         read, counted_at = 0, time.monotonic()
         for cycle, now in enumerate(self._node.cycles(1.0 / self._rate, ROBOT_PATIENCE)):
             read += self._sensors.ask(partial(self._read, cycle))
-            problem = self._sensors.problem
             rate = read / max(1e-3, now - counted_at)
-            level = ERROR if problem else OK if rate > 0.7 * self._rate else WARN
-            if self._sensor_diagnostics.report(now, level, problem or f"{rate:.1f} readings/s"):
+            diagnosis = sensor_diagnosis(self._sensors.problem, self._battery_low, rate, self._rate)
+            if self._sensor_diagnostics.report(now, *diagnosis):
                 read, counted_at = 0, now
         self._sensors.client.close()
 
@@ -211,27 +211,40 @@ class Driver:
         self._publishers["joint_states"].publish(message)
 
     def _publish_power(self, power: Power) -> None:
+        self._battery_low = f"battery low: {power.voltage:.1f} V" if power.low else ""
         stamp = rospy.Time.now()
         self._publishers["power_readings"].publish(PowerReadings(stamp, math.nan, power.voltage))
-        battery = BatteryState()
+        battery = battery_message(power)
         battery.header.stamp = stamp
-        battery.voltage = power.voltage
-        # sensor_msgs/BatteryState: not a number where nothing is known.
-        battery.current = battery.charge = battery.capacity = battery.design_capacity = math.nan
-        battery.percentage = battery.temperature = math.nan
-        battery.present = True
-        battery.power_supply_status = battery.POWER_SUPPLY_STATUS_DISCHARGING
-        if power.external:
-            battery.power_supply_status = battery.POWER_SUPPLY_STATUS_CHARGING
-        battery.power_supply_health = battery.POWER_SUPPLY_HEALTH_GOOD
-        if power.low:
-            battery.power_supply_health = battery.POWER_SUPPLY_HEALTH_DEAD
-        technologies = {
-            "NiMH": battery.POWER_SUPPLY_TECHNOLOGY_NIMH,
-            "Li-Ion": battery.POWER_SUPPLY_TECHNOLOGY_LION,
-        }
-        battery.power_supply_technology = technologies.get(power.kind, battery.POWER_SUPPLY_TECHNOLOGY_UNKNOWN)
         self._publishers["battery"].publish(battery)
+
+
+def battery_message(power: Power) -> BatteryState:
+    """Return what the robot says about its battery. A low one is in good health: /diagnostics says that it is low."""
+    battery = BatteryState()
+    battery.voltage = power.voltage
+    # sensor_msgs/BatteryState: not a number where nothing is known.
+    battery.current = battery.charge = battery.capacity = battery.design_capacity = math.nan
+    battery.percentage = battery.temperature = math.nan
+    battery.present = True
+    battery.power_supply_status = battery.POWER_SUPPLY_STATUS_DISCHARGING
+    if power.external:
+        battery.power_supply_status = battery.POWER_SUPPLY_STATUS_CHARGING
+    battery.power_supply_health = battery.POWER_SUPPLY_HEALTH_GOOD
+    technologies = {
+        "NiMH": battery.POWER_SUPPLY_TECHNOLOGY_NIMH,
+        "Li-Ion": battery.POWER_SUPPLY_TECHNOLOGY_LION,
+    }
+    battery.power_supply_technology = technologies.get(power.kind, battery.POWER_SUPPLY_TECHNOLOGY_UNKNOWN)
+    return battery
+
+
+def sensor_diagnosis(problem: str, battery: str, rate: float, wanted: float) -> tuple[int, str]:
+    """Return level and text for /diagnostics: what is wrong with the link, or with the battery, else how many readings
+    a second there are of those that are wanted."""
+    if problem:
+        return ERROR, problem
+    return OK if rate > 0.7 * wanted and not battery else WARN, battery or f"{rate:.1f} readings/s"
 
 
 def main() -> int:
