@@ -32,11 +32,21 @@ def nodes_of(launch_file: Path, *settings: str) -> dict[str, tuple[str, dict[str
             {
                 name.rpartition("/")[2]: value
                 for name, value in values.items()
-                if name.rpartition("/")[0].rpartition("/")[2] == node.name
+                if name.startswith(f"{node.namespace}{node.name}/")
             },
         )
         for node in config.nodes
     }
+
+
+OTHERWISE_IN_BOTH = {"drive_server": "pepper_drive_server"}
+"""Arguments of one robot's station -> what they are called where both are."""
+OF_BOTH_ALONE = {
+    "robotino_namespace",  # namespace is Pepper's
+    "pepper_drive_port",  # drive_port is Robotino's
+    "pepper_drive_server",
+    "sim_prefix",  # both.test gives the simulator's viewer a display of its own
+}
 
 
 @pytest.mark.parametrize("robot", ["pepper", "robotino", "both"])
@@ -88,3 +98,20 @@ def test_the_file_of_the_former_driver_takes_what_that_of_the_python_driver_take
     asleep = nodes_of(former, "wake_up:=false", "safety:=false", "front_resolution:=1")
     assert asleep == nodes_of(python, "wake_up:=false", "safety:=false", "front_resolution:=1")
     assert asleep["naoqi_driver"][1]["wake_up"] is False and nodes_of(former)["naoqi_driver"][1]["wake_up"] is True
+
+
+def test_the_station_of_both_robots_takes_what_the_stations_of_each_take():
+    of_each = arguments(LAUNCH / "pepper.launch") | arguments(LAUNCH / "robotino.launch")
+    wanted = {OTHERWISE_IN_BOTH.get(name, name) for name in of_each} | OF_BOTH_ALONE
+    assert arguments(LAUNCH / "both.launch") == wanted
+
+
+def test_the_simulated_robots_of_both_are_as_the_arguments_say():
+    started = nodes("both", "head:=1.8", "people:=standing@1.5,0", "battery:=Li-Ion", "charging:=true", "laser:=true")
+    settings = started["robot_control_node"][1]
+    assert (settings["head"], settings["people"]) == ("1.8", "standing@1.5,0")
+    assert (settings["battery"], settings["charging"], settings["laser"]) == ("Li-Ion", True, True)
+    assert started["rto_drive_link"][1]["rank"] == 0
+    guarded = nodes("both", "safety:=false", "rank:=3")
+    assert guarded["naoqi_driver"][1]["safety"] is False and guarded["rto_drive_link"][1]["rank"] == 3
+    assert guarded["robot_control_node"][1]["people"] == ""
