@@ -37,7 +37,6 @@ class Snapshot:
         stamp: Wall-clock time [s since 1970].
         odometry: The last reading, at most 50 ms old.
         distances: Of the nine infrared sensors, 0 ahead, counter-clockwise [m]; 0.41 is "nothing".
-        infrared_voltages: The same as measured [V].
         bumper: Whether the strip around the robot is pressed anywhere.
         motors: Speeds of the motors 1, 2, 3 [rpm].
         scan: The last one of the laser scanner; None without a scanner.
@@ -49,7 +48,6 @@ class Snapshot:
     stamp: float
     odometry: Odometry
     distances: tuple[float, ...]
-    infrared_voltages: tuple[float, ...]
     bumper: bool
     motors: Triple
     scan: laser.Scan | None
@@ -171,7 +169,6 @@ class Robotino:
                 stamp=self.world.stamp,
                 odometry=self._odometry,
                 distances=self._distances,
-                infrared_voltages=self._voltages,
                 bumper=self._pressed or self._held_bumper,
                 motors=self._drive.motors,
                 scan=self._scan,
@@ -194,7 +191,6 @@ class Robotino:
         self.inputs_outputs.reset()
         self._odometry = Odometry()
         self._distances = (infrared.NOTHING,) * infrared.COUNT
-        self._voltages = (0.0,) * infrared.COUNT
         self._pressed = self._held_bumper = False
         self._scan: laser.Scan | None = None
         self._cycle_due = 0.0
@@ -227,8 +223,7 @@ class Robotino:
 
     def _measure(self, now: float) -> None:
         with self.world.locked() as data:
-            voltages, distances = self._infrared.measure(data)
-        self._voltages = tuple(voltages.tolist())
+            _, distances = self._infrared.measure(data)
         self._distances = tuple(distances.tolist())
 
     def _scan_surroundings(self, scanner: laser.LaserScanner, now: float) -> None:

@@ -188,7 +188,6 @@ class _Performance:
         self._stopped = threading.Event()
         self._current: concurrent.futures.Future | None = None
         self._started: dict[str, concurrent.futures.Future] = {}
-        self._animation_of: dict[str, str] = {}
 
     def run(self) -> None:
         """Carry out everything in its turn."""

@@ -33,7 +33,6 @@ class _User:
     opened: float | None = None
     closed: float | None = None
     ppid: int = NOBODY
-    encounters: int = 0
 
 
 class ALUserSession(Service):
@@ -243,7 +242,6 @@ class ALUserSession(Service):
             user.ppid = tracked.number
             if not user.opened:
                 user.opened = now
-                user.encounters += 1
                 opened.append(focused)
         closed = [
             number

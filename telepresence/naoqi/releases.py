@@ -31,14 +31,12 @@ class Release:
         capabilities: What its server announces.
         service_info_signature: Of the service directory's records.
         authentication: It knows action 8 of service 0; older ones answer ERROR and expect CAPABILITY.
-        default_tls: Its port speaks TLS and wants a login unless told otherwise.
     """
 
     version: str
     capabilities: dict[str, bool]
     service_info_signature: str
     authentication: bool = True
-    default_tls: bool = False
 
 
 _OLDEST = {"ClientServerSocket": True, "MessageFlags": True, "MetaObjectCache": True}
@@ -56,7 +54,7 @@ RELEASES = {
         Release("2.1", _OLDEST, _SIX_FIELDS, authentication=False),
         Release("2.5", {**_OLDEST, "RemoteCancelableCalls": True}, _SIX_FIELDS),
         Release("2.8", _LATER, _SIX_FIELDS),
-        Release("2.9", {**_LATER, "RelativeEndpointURI": True}, _SEVEN_FIELDS, default_tls=True),
+        Release("2.9", {**_LATER, "RelativeEndpointURI": True}, _SEVEN_FIELDS),
         Release("libqi 4", {**_LATER, "RelativeEndpointURI": True}, _SEVEN_FIELDS),
     )
 }

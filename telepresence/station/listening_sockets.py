@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import socket
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,24 +41,6 @@ def listening(pid: int | None = None) -> dict[int, Listening]:
     return found
 
 
-def listening_of(pids: Iterable[int]) -> dict[int, list[Listening]]:
-    """Return the listening sockets of each of these processes that has one; those of others' processes are not seen."""
-    namespaces: dict[str, dict[int, Listening]] = {}
-    found = {}
-    for pid in pids:
-        try:
-            namespace = os.readlink(f"/proc/{pid}/ns/net")
-            if namespace not in namespaces:
-                namespaces[namespace] = listening(pid)
-        except OSError:
-            continue  # it ended meanwhile, or is somebody else's
-        every = namespaces[namespace]
-        sockets = sorted(every[inode] for inode in _inodes(pid) if inode in every)
-        if sockets:
-            found[pid] = sockets
-    return found
-
-
 def _place(text: str) -> tuple[str, int]:
     """Read "0100007F:2B67": words of the address in this machine's order of bytes, and the port."""
     address, _, port = text.partition(":")
@@ -68,15 +48,3 @@ def _place(text: str) -> tuple[str, int]:
     family = socket.AF_INET if len(raw) == 4 else socket.AF_INET6
     ordered = b"".join(raw[i : i + 4][::-1] for i in range(0, len(raw), 4))
     return socket.inet_ntop(family, ordered), int(port, 16)
-
-
-def _inodes(pid: int) -> set[int]:
-    found = set()
-    try:
-        for file in Path(f"/proc/{pid}/fd").iterdir():
-            target = os.readlink(file)
-            if target.startswith("socket:["):
-                found.add(int(target[8:-1]))
-    except OSError:
-        pass  # it ended meanwhile, or is somebody else's
-    return found

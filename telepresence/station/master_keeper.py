@@ -92,11 +92,6 @@ class MasterKeeper:
         """Process id of the roscore that runs now."""
         return self._process.pid
 
-    @property
-    def remembered_nodes(self) -> frozenset[str]:
-        """Names of the nodes that will be looked for after a restart."""
-        return frozenset(self._nodes)
-
     def close(self) -> None:
         self._stop.set()
         for thread in self._threads:

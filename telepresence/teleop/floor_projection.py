@@ -17,11 +17,10 @@ NEAREST_DEPTH = 0.05
 
 
 class FloorPlace(NamedTuple):
-    """A place on the floor [m] in the frame of the `CameraView`; `clamped` when the pixel shows one farther away."""
+    """A place on the floor [m] in the frame of the `CameraView`."""
 
     x: float
     y: float
-    clamped: bool
 
 
 def floor_place(view: CameraView, u: float, v: float, farthest: float) -> FloorPlace | None:
@@ -39,7 +38,7 @@ def floor_place(view: CameraView, u: float, v: float, farthest: float) -> FloorP
     distance = float(np.hypot(*away))
     if distance > farthest:
         away = away * (farthest / distance)
-    return FloorPlace(float(view.place[0] + away[0]), float(view.place[1] + away[1]), distance > farthest)
+    return FloorPlace(float(view.place[0] + away[0]), float(view.place[1] + away[1]))
 
 
 def pixel_of(view: CameraView, x: float, y: float, z: float = 0.0) -> tuple[float, float] | None:

@@ -33,9 +33,6 @@ class Cost(NamedTuple):
 COST = Cost(3, 1 << 16, 4)
 """RFC 9106's second recommendation: 64 MiB, and about 0.1 s."""
 
-CHEAP = Cost(1, 8, 1)
-"""The least that Argon2id does, for tests with many accounts."""
-
 
 def private_key(password: str, salt: bytes, cost: Cost) -> bytes:
     """Return the X25519 private key that follows from a password [32 bytes]."""

@@ -1,5 +1,5 @@
 """A program on the ROS graph that speaks to drive_lease as it likes: as windows that have a password, and as strangers
-that have none. It speaks today's join and that of version 0.3, in which the stored hash was the key.
+that have none.
 
 usage: python lease_stranger.py ACCOUNTS
 commands, one JSON list a line; each is answered by one JSON value:
@@ -29,17 +29,12 @@ from pathlib import Path
 import rospy
 from geometry_msgs.msg import Twist
 from telepresence_msgs.msg import DriveCommand, DriveState
-from telepresence_msgs.srv import DriveAsk, DriveJoin, DriveJoinRequest
+from telepresence_msgs.srv import DriveAsk, DriveJoin
 
 from telepresence.teleop import drive_lease
 from telepresence.teleop.accounts import Users
-
-OLD = "nonce" in DriveJoinRequest.__slots__
-if OLD:
-    from telepresence.teleop.drive_lease import session_key, sign_command, sign_request
-else:
-    from telepresence.teleop.key_agreement import Credential, WindowSide, public_key
-    from telepresence.teleop.lease_messages import sign_command, sign_join, sign_request
+from telepresence.teleop.key_agreement import Credential, WindowSide, public_key
+from telepresence.teleop.lease_messages import sign_command, sign_join, sign_request
 
 
 class Window:
@@ -51,13 +46,6 @@ class Window:
         self.session, self.key, self.reason = "", b"", ""
         self.number = self.asked = 0
         self.velocity, self.hold = None, ""
-        if OLD:
-            nonce = secrets.token_bytes(16)
-            answer = stranger.join(name, self.node, nonce)
-            self.reason = answer.reason
-            if answer.ok:
-                self.session, self.key = answer.session, session_key(secret, nonce, answer.nonce)
-            return
         side = WindowSide(name, self.node, secret)
         offer = stranger.join(name, self.node, side.claim.key, "", bytes(16))
         key = side.session_key(offer.session, offer.key)
@@ -118,8 +106,8 @@ class Stranger:
 
     def do_join(self, who, name, password):
         account = Users(self.accounts).check(name, password)
-        window = Window(self, name, account.key if OLD else account.credential)
-        window.secret = account.key if OLD else account.credential
+        window = Window(self, name, account.credential)
+        window.secret = account.credential
         self.windows[who] = window
         return bool(window.session)
 
@@ -131,12 +119,9 @@ class Stranger:
             tables = [row[0] for row in database.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]
             rows = [row for table in tables for row in database.execute(f"SELECT * FROM {table}")]
         blobs = sorted({cell for row in rows for cell in row if isinstance(cell, bytes)})
-        if OLD:
-            windows = [Window(self, name, blob) for blob in blobs]
-        else:
-            keys = [blob for blob in blobs if len(blob) == 32]
-            lease = [*keys, *map(public_key, keys)]
-            windows = [Window(self, name, Credential(own, theirs)) for own in keys for theirs in lease]
+        keys = [blob for blob in blobs if len(blob) == 32]
+        lease = [*keys, *map(public_key, keys)]
+        windows = [Window(self, name, Credential(own, theirs)) for own in keys for theirs in lease]
         return any(window.ask("take")[0] for window in windows)
 
     def do_ask(self, who, action, to=""):
@@ -146,21 +131,15 @@ class Stranger:
         self.windows[who].velocity = velocity or None
 
     def do_probe(self, name):
-        if OLD:
-            answers = [self.join(name, "/stranger", bytes(range(16)))]
-        else:
-            offer = self.join(name, "/stranger", public_key(bytes(32)), "", bytes(16))
-            answers = [offer, self.join(name, "/stranger", public_key(bytes(32)), offer.session, bytes(16))]
+        offer = self.join(name, "/stranger", public_key(bytes(32)), "", bytes(16))
+        answers = [offer, self.join(name, "/stranger", public_key(bytes(32)), offer.session, bytes(16))]
         return [[answer.ok, answer.reason.replace(name, "NAME"), len(answer.session) > 0] for answer in answers]
 
     def do_flood(self, name, count):
         for _ in range(count):
-            if OLD:
-                self.join(name, f"/stranger_{next(self.count)}", secrets.token_bytes(16))
-            else:
-                node, key = f"/stranger_{next(self.count)}", secrets.token_bytes(32)
-                offer = self.join(name, node, key, "", bytes(16))
-                self.join(name, node, key, offer.session, bytes(16))
+            node, key = f"/stranger_{next(self.count)}", secrets.token_bytes(32)
+            offer = self.join(name, node, key, "", bytes(16))
+            self.join(name, node, key, offer.session, bytes(16))
 
     def do_garble(self, who):
         window = self.windows[who]

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import pytest
 from attacked_pages import Attacker, Browser, Program
+from cheap_passwords import CHEAP
 from endings import end_together
 from page_browser import FLAGS, PICTURES
 from page_stranger import FORWARD, ZERO, Pilot, Stranger, ask, drive, says_goodbye
@@ -33,7 +34,6 @@ from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.invitations import Invitations, beside
-from telepresence.teleop.password_key import CHEAP
 
 pytestmark = [pytest.mark.ros, pytest.mark.browser]
 

@@ -1,7 +1,6 @@
 """A stranger attacks the robot's camera sender and sound server, and robots attack the pilot's clients.
 
-Each test is one attack on running programs; its name says what is tried, and it passes when that fails. On a version
-without keys the programs run without one, so the same attacks can be counted there.
+Each test is one attack on running programs; its name says what is tried, and it passes when that fails.
 """
 
 from __future__ import annotations
@@ -21,8 +20,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from attacked_services import HOST, SDP, SOURCES, FalseRobot, RobotKey, Service, make_offer, signed_requests
+from attacked_services import HOST, SDP, SOURCES, FalseRobot, Service, make_offer
 from rto_node.webrtc_camera import WebrtcCamera
+
+from telepresence.security import signed_requests
+from telepresence.security.robot_key import RobotKey
 
 pytestmark = pytest.mark.slow
 
@@ -40,9 +42,7 @@ def offers() -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def key_file(tmp_path_factory: pytest.TempPathFactory) -> Path | None:
-    if RobotKey is None:
-        return None
+def key_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("robot") / "robot.key"
     RobotKey.make(path)
     return path
@@ -62,7 +62,7 @@ def start(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str, P
 
 
 @pytest.fixture(scope="module")
-def services(start: Callable, key_file: Path | None) -> dict[str, Service]:
+def services(start: Callable, key_file: Path) -> dict[str, Service]:
     return {role: start(role, key_file) for role in SERVICES}
 
 
@@ -111,7 +111,7 @@ def test_a_stranger_with_another_key_watches_or_listens(
     service: Service, offers: dict[str, bytes], leave: Callable
 ) -> None:
     offer = offers[service.role]
-    headers = service.sign("POST", body=offer, key=RobotKey(secrets.token_bytes(32)) if RobotKey else None)
+    headers = service.sign("POST", body=offer, key=RobotKey(secrets.token_bytes(32)))
     answer = service.ask("POST", body=offer, headers=headers)
     leave(service, answer)
     assert answer[0] == 403
@@ -231,7 +231,7 @@ def _answer(connection: socket.socket) -> tuple[int, dict[str, str], bytes]:
 
 
 @pytest.fixture(scope="module")
-def flooded(start: Callable, key_file: Path | None) -> Iterator[tuple[Service, int]]:
+def flooded(start: Callable, key_file: Path) -> Iterator[tuple[Service, int]]:
     """A camera sender with 1,024 half requests before it, and what its log had before."""
     camera, held = start("camera", key_file), []
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)

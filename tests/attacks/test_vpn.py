@@ -139,11 +139,9 @@ def test_a_station_in_a_vpn_listens_where_nobody_expects_it(network):
     """The table of docs/security.md names every socket: loopback or ROS_IP, never all addresses."""
     import socket_table  # here, so that the other attacks of this file can be tried on versions without such a table
 
-    from telepresence.station.listening_sockets import listening_of
-
     pid = network.station.pid
     assert socket_table.compare(processes.descendants(pid), "VPN", {}, VPN) == []
-    assert {found.address for found in listening_of([pid])[pid]} == {VPN}, "the node"
+    assert {found.address for found in socket_table.listening_of([pid])[pid]} == {VPN}, "the node"
 
 
 @pytest.fixture

@@ -12,14 +12,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from cheap_passwords import CHEAP
 
 from gui.recording.film import Film
 from gui.settings import Settings
 from telepresence.security import private_files
 from telepresence.teleop.accounts import UserError, Users
-from telepresence.teleop.password_key import Cost
 
-CHEAP = Cost(1, 8, 1)
 LONG = "x" * 50_000
 """More than what is left over in the last block of any file."""
 

@@ -1,7 +1,4 @@
-"""The robot's camera sender and sound server as programs, for those who attack them, and a false robot.
-
-On a version without keys the programs run without one, so the same attacks can be counted there.
-"""
+"""The robot's camera sender and sound server as programs, for those who attack them, and a false robot."""
 
 from __future__ import annotations
 
@@ -17,14 +14,10 @@ from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
+from telepresence.security import signed_requests
+from telepresence.security.robot_key import RobotKey
 from telepresence.station import processes
 from telepresence.video.webrtc import on_address, peer_connection
-
-try:
-    from telepresence.security import signed_requests
-    from telepresence.security.robot_key import RobotKey
-except ImportError:  # before there were keys
-    signed_requests = RobotKey = None  # type: ignore[assignment,misc]
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = [ROOT, *(ROOT / "catkin_ws" / "src" / name / "src" for name in ("rto_bringup", "rto_node"))]
@@ -75,7 +68,7 @@ class Service:
             connection.close()
 
     def sign(self, method: str, path: str = "", body: bytes = b"", key: RobotKey | None = None) -> dict[str, str]:
-        """The headers by which an invited pilot proves a request; none where there are no keys."""
+        """The headers by which an invited pilot proves a request; none where the service has no key."""
         if self.key is None:
             return {}
         challenge = signed_requests.challenge_in(self.ask()[1]["WWW-Authenticate"])

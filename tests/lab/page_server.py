@@ -10,6 +10,7 @@ from pathlib import Path
 
 import aiohttp
 from aiohttp import web
+from cheap_passwords import CHEAP
 
 from telepresence.page.app import PilotPage
 from telepresence.page.certificate import server_context
@@ -19,7 +20,6 @@ from telepresence.page.sign_ins import COOKIE
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.invitations import Invitations, beside
 from telepresence.teleop.lease_messages import PILOT, WATCHER
-from telepresence.teleop.password_key import CHEAP
 from telepresence.video.images import LatestImage
 
 ANNA = {"name": "anna", "password": "correct horse"}

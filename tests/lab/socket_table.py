@@ -9,13 +9,14 @@ A row of the table:  | `program` ... | protocol port (`argument`) | where | mode
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from telepresence.station import processes
-from telepresence.station.listening_sockets import Listening, listening_of
+from telepresence.station.listening_sockets import Listening, listening
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "security.md"
 NODES = "every ROS node"
@@ -70,6 +71,36 @@ def program_of(pid: int) -> tuple[str, bool]:
     if name == "robotino_onboard":
         return f"{name} {rest[0]}", False
     return name, PROGRAM_FOLDER in path or name == "telepresence_ros.rosout"
+
+
+def listening_of(pids: Iterable[int]) -> dict[int, list[Listening]]:
+    """Return the listening sockets of each of these processes that has one; those of others' processes are not seen."""
+    namespaces: dict[str, dict[int, Listening]] = {}
+    found = {}
+    for pid in pids:
+        try:
+            namespace = os.readlink(f"/proc/{pid}/ns/net")
+            if namespace not in namespaces:
+                namespaces[namespace] = listening(pid)
+        except OSError:
+            continue  # it ended meanwhile, or is somebody else's
+        every = namespaces[namespace]
+        sockets = sorted(every[inode] for inode in _inodes(pid) if inode in every)
+        if sockets:
+            found[pid] = sockets
+    return found
+
+
+def _inodes(pid: int) -> set[int]:
+    found = set()
+    try:
+        for file in Path(f"/proc/{pid}/fd").iterdir():
+            target = os.readlink(file)
+            if target.startswith("socket:["):
+                found.add(int(target[8:-1]))
+    except OSError:
+        pass  # it ended meanwhile, or is somebody else's
+    return found
 
 
 def agrees(roots: Iterable[int], mode: str, ports: Mapping[str, int], own: str = "127.0.0.1") -> bool:

@@ -10,7 +10,7 @@ from pepper_sim.naoqi.service import ServiceError, within
 
 FAILED = 0xDEAD404
 """What getParameter returns for a parameter that the camera does not have."""
-RESOLUTION, FRAME_RATE, CAMERA_SELECT = 14, 15, 18
+RESOLUTION, CAMERA_SELECT = 14, 18
 HORIZONTAL_FLIP, VERTICAL_FLIP = 7, 8
 
 

@@ -135,11 +135,6 @@ class Streams:
     def close(self) -> None:
         self.close_idle(idle_time=-1.0)
 
-    def open_feeds(self) -> int:
-        """Return how many feeds are rendered now."""
-        with self._lock:
-            return len(self._shared)
-
     def _open(self, camera: Camera, key: Key) -> _Shared:
         with self._lock:
             shared = self._shared.get(key)

@@ -78,11 +78,8 @@ class FarStation:
         if name == "pepper":
             self._start(robot, NODES / "pepper_bringup/pepper_sim", "__name:=robot_control_node", "_address:=0.0.0.0",
                         "_port:=9559", "_scene:=flat", "_kinds/pepper/speaker:=none")  # fmt: skip
-            if DRIVE_SERVER.exists():
-                self._start(robot, sys.executable, DRIVE_SERVER, "--qi-url", "tcp://127.0.0.1:9559", "--address",
-                            robot.address, "--port", DRIVE_PORT, "--key", key)  # fmt: skip
-            else:
-                self._start(robot, NODES / "pepper_bringup/watchdog.py", "--qi-url=127.0.0.1:9559")
+            self._start(robot, sys.executable, DRIVE_SERVER, "--qi-url", "tcp://127.0.0.1:9559", "--address",
+                        robot.address, "--port", DRIVE_PORT, "--key", key)  # fmt: skip
             return
         self._start(robot, NODES / "rto_bringup/robotino_sim", "__name:=robot_control_node", "_port:=8080",
                     "_address:=0.0.0.0", "_scene:=flat")  # fmt: skip
@@ -97,9 +94,8 @@ class FarStation:
             naoqi = (f"--pip={address}", "--pport=9559", "__ns:=/pepper_robot")
             for sensor in ("laser", "sonar"):
                 self._start(pilot, NODES / f"pepper_sensors_py/{sensor}.py", *naoqi, f"__name:=pepper_{sensor}")
-            words = ["naoqi_driver_py", "naoqi_driver.launch", f"nao_ip:={address}"]
-            if DRIVE_SERVER.exists():
-                words += [f"drive_server:={address}:{DRIVE_PORT}"]
+            words = ["naoqi_driver_py", "naoqi_driver.launch", f"nao_ip:={address}",
+                     f"drive_server:={address}:{DRIVE_PORT}"]  # fmt: skip
         else:
             words = ["rto_bringup", "rto.launch", f"hostname:={address}:8080", "gate:=robot", "camera:=false",
                      "sign_in:=false"]  # fmt: skip

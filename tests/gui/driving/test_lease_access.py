@@ -5,6 +5,7 @@ import threading
 import time
 
 import pytest
+from cheap_passwords import CHEAP
 from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 
@@ -18,7 +19,6 @@ from telepresence.teleop.drive_lease import DriveLease
 from telepresence.teleop.lease_client import JOIN_PERIOD, SILENCE, UNANSWERED_PERIOD
 from telepresence.teleop.lease_messages import Reply, sign_command
 from telepresence.teleop.lease_topics import Joined
-from telepresence.teleop.password_key import CHEAP
 from telepresence.teleop.request_to_drive import KEPT
 
 SECRET = "correct horse"

@@ -1,13 +1,13 @@
 """Nobody is filmed for somebody who has gone: a recording ends when whoever may have started it is signed out."""
 
 import pytest
+from cheap_passwords import CHEAP
 
 from gui.__main__ import authorize, make_tabs, one_window, parse
 from gui.ros.node import RosNode
 from gui.settings import Settings
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.drive_lease import PILOT, Account
-from telepresence.teleop.password_key import CHEAP
 
 REMOVED = "The account of anna was removed from this robot."
 

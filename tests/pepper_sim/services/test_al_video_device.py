@@ -203,7 +203,7 @@ def test_forgotten_subscriptions_stop_drawing_and_end(simulation, video, wait_un
     device = next(s for s in simulation.server.catalogue.services if s.name == "ALVideoDevice")
     handle = video.subscribeCamera("forgotten", TOP, QVGA, RGB, 30)
     video.getImageRemote(handle)
-    wait_until(lambda: device._streams.open_feeds() == 0, "nothing is drawn for a client that does not ask")
+    wait_until(lambda: not device._streams._shared, "nothing is drawn for a client that does not ask")
     assert video.getImageRemote(handle) is not None, "the next call draws again"
     device.forget_unused(0.0)
     assert video.getSubscribers() == []

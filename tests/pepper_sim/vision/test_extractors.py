@@ -54,9 +54,9 @@ def test_nobody_looks_unless_somebody_has_subscribed(naoqi, looking, wait_until)
     streams = naoqi.simulation.server.catalogue._parts  # no feed is drawn for a service that only exists
     video = next(part for kind, part in streams.items() if kind.__name__ == "ALVideoDevice")
     assert "ALRedBallDetection" not in [thread.name for thread in threading.enumerate()]
-    wait_until(lambda: video._streams.open_feeds() == 0, "no camera is drawn")
+    wait_until(lambda: not video._streams._shared, "no camera is drawn")
     detection = looking("ALRedBallDetection")
-    wait_until(lambda: video._streams.open_feeds() == 1, "a camera is drawn")
+    wait_until(lambda: len(video._streams._shared) == 1, "a camera is drawn")
     assert "ALRedBallDetection" in [thread.name for thread in threading.enumerate()]
     detection.unsubscribe("test")
     wait_until(lambda: "ALRedBallDetection" not in [t.name for t in threading.enumerate()], "its thread has ended")

@@ -8,7 +8,7 @@ import sys
 import pytest
 import socket_table
 
-from telepresence.station.listening_sockets import Listening, listening_of
+from telepresence.station.listening_sockets import Listening
 
 
 def test_sockets_that_others_can_send_to_are_found_and_no_others():
@@ -21,7 +21,7 @@ def test_sockets_that_others_can_send_to_are_found_and_no_others():
     ):
         taking.bind(("127.0.0.1", 0))
         sending.connect(("127.0.0.1", 9))
-        found = listening_of([os.getpid()])[os.getpid()]
+        found = socket_table.listening_of([os.getpid()])[os.getpid()]
         wanted = (("tcp", server), ("tcp", everywhere), ("udp", taking))
         assert {Listening(protocol, *own.getsockname()[:2]) for protocol, own in wanted} <= {*found}
         assert sending.getsockname()[1] not in {one.port for one in found if one.protocol == "udp"}

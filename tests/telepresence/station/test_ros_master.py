@@ -125,7 +125,7 @@ def test_a_killed_roscore_comes_back_with_parameters_and_nodes(ros_environment, 
         stranger = run_program("rosrun", "rosout", "rosout", "__name:=stranger", stdout=subprocess.DEVNULL)
         start_node(run_program)
         wait_until(lambda: knows(uri, "/stranger") and knows(uri, "/phoenix"), "both nodes are registered")
-        wait_until(lambda: "/stranger" in keeper.remembered_nodes, "the keeper has seen them")
+        wait_until(lambda: "/stranger" in keeper._nodes, "the keeper has seen them")
 
         monkeypatch.setattr(master_keeper, "RETURN_TIMEOUT", 60.0)
         processes.send(keeper.pid, signal.SIGKILL)

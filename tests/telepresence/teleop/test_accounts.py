@@ -8,10 +8,11 @@ import sys
 import time
 
 import pytest
+from cheap_passwords import CHEAP
 
 from telepresence.teleop.accounts import FORGIVEN, LONGEST_PAUSE, TRIES, UserError, Users, main
 from telepresence.teleop.key_agreement import public_key
-from telepresence.teleop.password_key import CHEAP, COST, Cost, legacy_hash
+from telepresence.teleop.password_key import COST, Cost, legacy_hash
 
 SECRET = "correct horse"
 

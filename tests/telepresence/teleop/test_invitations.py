@@ -6,6 +6,7 @@ import string
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from cheap_passwords import CHEAP
 
 from telepresence.teleop import invitations as module
 from telepresence.teleop.accounts import UserError, Users, is_guest_name
@@ -14,7 +15,6 @@ from telepresence.teleop.invitations import GUEST_RANK, InvitationError, Invitat
 from telepresence.teleop.key_agreement import EVERYBODY, OPEN, WindowSide, public_key
 from telepresence.teleop.known_accounts import KnownAccounts
 from telepresence.teleop.lease_messages import PILOT, WATCHER, Account, sign_join
-from telepresence.teleop.password_key import CHEAP
 
 LEASE = public_key(bytes(range(32)))
 HOUR = 3600.0

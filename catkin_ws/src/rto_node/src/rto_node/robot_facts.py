@@ -4,7 +4,7 @@ The gate's profile in `telepresence.safety` and the URDF hold the same figures f
 
 Sources: the points of distance_sensors, rto_node (dietriro/rto_core, Rahul-K-A/robotino-ros2): 0.2 m around the middle,
 0.698 rad apart. The real ring: vendor's api2, 40 degrees apart, counter-clockwise; Webots' Robotino3 model, radius
-0.2264 m, height 0.0566 m. Wheels: vendor's controld3.conf and DriveSystem.cpp.
+0.2264 m. Wheels: vendor's controld3.conf and DriveSystem.cpp.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Sequence
 SENSORS = 9
 GUIDE_RADIUS, GUIDE_ANGLE, GUIDE_HEIGHT = 0.2, 0.698, 0.05
 """What the Robotino guide takes for the ring: radius [m], angle between sensors (39.99 degrees) [rad], height [m]."""
-RING_RADIUS, RING_HEIGHT = 0.2264, 0.0566
+RING_RADIUS = 0.2264
 """The real ring [m]; the hull has 0.2266 m."""
 NEAREST, NOTHING = 0.04, 0.41
 """Smallest and largest reading [m]; the largest means nothing there."""
