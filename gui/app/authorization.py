@@ -12,8 +12,8 @@ from PyQt5.QtWidgets import QStackedWidget
 from gui.app.invite_dialog import InviteDialog
 from gui.app.sign_in import SignInPage
 from telepresence.teleop.accounts import Users
-from telepresence.teleop.drive_lease import PILOT, Account
 from telepresence.teleop.invitations import Invitations, beside, may_invite
+from telepresence.teleop.lease_messages import PILOT, Account
 
 if TYPE_CHECKING:
     from gui.app.capture import Capture

@@ -25,7 +25,7 @@ from gui.driving.look_around import LookAround
 from gui.driving.movement_access import MovementAccess
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
-from telepresence.teleop.drive_lease import Account
+from telepresence.teleop.lease_messages import Account
 
 if TYPE_CHECKING:
     from gui.ros.link import RosLink

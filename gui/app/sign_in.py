@@ -14,7 +14,7 @@ from PyQt5.QtWidgets import QLineEdit, QPushButton, QWidget
 
 from gui.widgets.label import Label
 from telepresence.teleop.accounts import UserError, Users
-from telepresence.teleop.drive_lease import Account
+from telepresence.teleop.lease_messages import Account
 
 log = logging.getLogger(__name__)
 

@@ -6,7 +6,7 @@ from typing import Protocol
 
 from PyQt5.QtCore import pyqtBoundSignal
 
-from telepresence.teleop.drive_lease import Account
+from telepresence.teleop.lease_messages import Account
 from telepresence.teleop.lease_topics import LeaseState
 from telepresence.teleop.looking import Look
 

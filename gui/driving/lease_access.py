@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from gui.driving.signed_in import SignedIn
 from gui.periodic_timer import PeriodicTimer
 from gui.ros.channels import Answer
-from telepresence.teleop.drive_lease import Account, SignedCommand
 from telepresence.teleop.key_agreement import Claim
 from telepresence.teleop.lease_client import LIFE_PERIOD, LeaseClient
+from telepresence.teleop.lease_messages import Account, SignedCommand
 from telepresence.teleop.lease_topics import LeaseState
 from telepresence.teleop.looking import Look, LookCommand
 

@@ -14,7 +14,8 @@ from PyQt5.QtCore import pyqtSignal
 
 from gui.driving.signed_in import SignedIn
 from gui.periodic_timer import PeriodicTimer
-from telepresence.teleop.drive_lease import Account, Velocity
+from telepresence.geometry import Velocity
+from telepresence.teleop.lease_messages import Account
 from telepresence.teleop.lease_topics import LeaseState
 from telepresence.teleop.looking import Look
 from telepresence.teleop.movement import Movement, movement_of

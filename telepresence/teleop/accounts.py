@@ -23,8 +23,8 @@ from pathlib import Path
 from telepresence.security import private_database
 from telepresence.teleop import password_key
 from telepresence.teleop.accounts_path import default_path
-from telepresence.teleop.drive_lease import PILOT, WATCHER, Account
 from telepresence.teleop.key_agreement import Credential, public_key
+from telepresence.teleop.lease_messages import PILOT, WATCHER, Account
 from telepresence.teleop.password_key import SALT, Cost
 
 ROLES = (PILOT, WATCHER)

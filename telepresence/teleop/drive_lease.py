@@ -23,7 +23,6 @@ from telepresence.teleop.key_agreement import EVERYBODY, Claim
 from telepresence.teleop.lease_messages import (
     MOST_TEXT,
     PILOT,
-    WATCHER,
     Account,
     Offer,
     Reply,
@@ -33,21 +32,8 @@ from telepresence.teleop.lease_messages import (
     outranks,
     sign_reply,
 )
-from telepresence.teleop.lease_windows import FORGOTTEN, LEASE, Window, Windows
+from telepresence.teleop.lease_windows import LEASE, Window, Windows
 from telepresence.teleop.looking import Look, LookCommand, look_part
-
-__all__ = [
-    "FORGOTTEN",
-    "LEASE",
-    "PILOT",
-    "WATCHER",
-    "ZERO",
-    "Account",
-    "DriveLease",
-    "LeaseSnapshot",
-    "SignedCommand",
-    "Velocity",
-]
 
 COMMAND_AGE = 0.3
 """Seconds for which a velocity is valid. Windows repeat it every 0.05 s."""

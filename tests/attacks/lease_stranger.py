@@ -31,10 +31,10 @@ from geometry_msgs.msg import Twist
 from telepresence_msgs.msg import DriveCommand, DriveState
 from telepresence_msgs.srv import DriveAsk, DriveJoin
 
-from telepresence.teleop import drive_lease
+from telepresence.geometry import Velocity
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.key_agreement import Credential, WindowSide, public_key
-from telepresence.teleop.lease_messages import sign_command, sign_join, sign_request
+from telepresence.teleop.lease_messages import SignedCommand, sign_command, sign_join, sign_request
 
 
 class Window:
@@ -63,8 +63,8 @@ class Window:
 
     def send(self):
         self.number += 1
-        velocity = None if self.velocity is None else drive_lease.Velocity(*self.velocity)
-        command = drive_lease.SignedCommand(self.number, time.monotonic(), velocity, self.hold)
+        velocity = None if self.velocity is None else Velocity(*self.velocity)
+        command = SignedCommand(self.number, time.monotonic(), velocity, self.hold)
         command = dataclasses.replace(command, proof=sign_command(self.key, command))
         message = DriveCommand(session=self.session, number=command.number, sent=command.sent, hold=command.hold)
         message.driving, message.proof = command.velocity is not None, command.proof

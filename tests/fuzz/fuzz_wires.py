@@ -288,9 +288,9 @@ def page_request() -> Target:
 def lease_message() -> Target:
     """What windows send to drive_lease, known or not, in every field that a ROS message has."""
     from telepresence.security.signing import Received
-    from telepresence.teleop.drive_lease import PILOT, Account, DriveLease, SignedCommand
+    from telepresence.teleop.drive_lease import DriveLease
     from telepresence.teleop.key_agreement import Claim
-    from telepresence.teleop.lease_messages import Reply, sign_command, sign_request
+    from telepresence.teleop.lease_messages import PILOT, Account, Reply, SignedCommand, sign_command, sign_request
 
     account = Account("ann", PILOT, 1)
     lease = DriveLease({"ann": account}.get)

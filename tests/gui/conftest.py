@@ -23,7 +23,7 @@ from gui.window import OperatorWindow, style_sheet
 from telepresence.station import processes
 from telepresence.station.virtual_display import VirtualDisplay
 from telepresence.teleop.accounts import Users
-from telepresence.teleop.drive_lease import PILOT, Account
+from telepresence.teleop.lease_messages import PILOT, Account
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -26,7 +26,7 @@ from gui.robots import ROBOTS
 from gui.ros.channels import Answer
 from gui.window import OperatorWindow, style_sheet
 from telepresence.security.outside_text import LONGEST, clean
-from telepresence.teleop.drive_lease import PILOT, Account
+from telepresence.teleop.lease_messages import PILOT, Account
 
 FOLDER = Path(gui.__file__).parent
 HTML = "<img src='/dev/zero'>&Exit <b>big</b>"

@@ -38,7 +38,7 @@ PROBE = textwrap.dedent("""
     from gui.ros.node import RosNode
     from gui.terminal.terminal_view import TerminalView
     from gui.window import OperatorWindow
-    from telepresence.teleop.drive_lease import PILOT, Account
+    from telepresence.teleop.lease_messages import PILOT, Account
 
     class Probe(QObject):
         sent = pyqtSignal(float)

@@ -13,10 +13,11 @@ from gui.robots import ROBOTS
 from gui.ros.channels import Answer, Channel
 from gui.ros.link_state import LinkState
 from gui.ros.picture import Picture
+from telepresence.geometry import Velocity
 from telepresence.security.signing import PROOF
-from telepresence.teleop.drive_lease import PILOT, Account, DriveLease, Velocity
+from telepresence.teleop.drive_lease import DriveLease
 from telepresence.teleop.key_agreement import Claim
-from telepresence.teleop.lease_messages import Reply, sign_joined, sign_reply
+from telepresence.teleop.lease_messages import PILOT, Account, Reply, sign_joined, sign_reply
 from telepresence.teleop.lease_topics import Asked, Joined, LeaseState
 from telepresence.teleop.lease_windows import Window
 

@@ -22,9 +22,9 @@ from telepresence.geometry import ZERO_VELOCITY, Velocity
 from telepresence.page.app import PilotPage
 from telepresence.page.certificate import server_context
 from telepresence.page.proxy import Proxy
-from telepresence.teleop.drive_lease import PILOT, WATCHER, Account, DriveLease
+from telepresence.teleop.drive_lease import DriveLease
 from telepresence.teleop.lease_client import LeaseClient
-from telepresence.teleop.lease_messages import Reply, sign_joined
+from telepresence.teleop.lease_messages import PILOT, WATCHER, Account, Reply, sign_joined
 from telepresence.teleop.lease_topics import Asked, Joined, LeaseState
 
 PERIOD = 0.05

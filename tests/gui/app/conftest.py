@@ -4,7 +4,7 @@ import pytest
 
 from gui.app.controller import Attach, Controller
 from gui.window import OperatorWindow
-from telepresence.teleop.drive_lease import PILOT, Account
+from telepresence.teleop.lease_messages import PILOT, Account
 
 
 @pytest.fixture

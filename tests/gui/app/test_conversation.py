@@ -11,7 +11,7 @@ from gui.app.conversation import PERIOD
 from gui.ros.channels import Answer
 from gui.ros.readings import PageState, VoiceSettings, VoiceState
 from telepresence.audio.voice_state import NO_CONVERSATION
-from telepresence.teleop.drive_lease import PILOT, WATCHER, Account
+from telepresence.teleop.lease_messages import PILOT, WATCHER, Account
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from gui.ros.topics.station import FaultReport
 from gui.widgets.video_view import STRAGGLERS
 from gui.window import OperatorWindow
 from telepresence.station.fault_sentences import NOTICED, OLDEST_REPORT, SHOWN_TIME, SILENT_AFTER, Cause
-from telepresence.teleop.drive_lease import PILOT, Account
+from telepresence.teleop.lease_messages import PILOT, Account
 
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
 

@@ -14,7 +14,7 @@ from gui.app.robot_tab import AWAY
 from gui.app.tabs import RobotTabs
 from gui.ros.picture import Picture
 from gui.window import OperatorWindow
-from telepresence.teleop.drive_lease import PILOT, Account
+from telepresence.teleop.lease_messages import PILOT, Account
 
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}
 

@@ -13,7 +13,7 @@ from gui.app.controller import Attach, Controller
 from gui.robots import ROBOTS
 from gui.ros.readings import TruePose
 from gui.window import OperatorWindow
-from telepresence.teleop.drive_lease import PILOT, WATCHER, Account
+from telepresence.teleop.lease_messages import PILOT, WATCHER, Account
 from telepresence.teleop.movement import only_reports
 
 RUNNING = {"master": True, "joined": True, "driver": True, "feed": True}

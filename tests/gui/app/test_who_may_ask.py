@@ -7,7 +7,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import QPushButton
 
-from telepresence.teleop.drive_lease import PILOT, WATCHER
+from telepresence.teleop.lease_messages import PILOT, WATCHER
 
 OTHER = {"pilot": "ben", "window": "/other"}
 

@@ -7,7 +7,7 @@ from gui.__main__ import authorize, make_tabs, one_window, parse
 from gui.ros.node import RosNode
 from gui.settings import Settings
 from telepresence.teleop.accounts import Users
-from telepresence.teleop.drive_lease import PILOT, Account
+from telepresence.teleop.lease_messages import PILOT, Account
 
 REMOVED = "The account of anna was removed from this robot."
 

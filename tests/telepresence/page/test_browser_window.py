@@ -8,8 +8,8 @@ import pytest
 from telepresence.page.browser_window import MOST_PER_SECOND, SILENCE, STOP_KEPT, BrowserWindow
 from telepresence.page.commands import AskMessage, DriveMessage, FloorMessage, LookMessage
 from telepresence.teleop import lease_client
-from telepresence.teleop.drive_lease import LATE, PILOT, WATCHER, Account, DriveLease
-from telepresence.teleop.lease_messages import Reply, sign_joined
+from telepresence.teleop.drive_lease import LATE, DriveLease
+from telepresence.teleop.lease_messages import PILOT, WATCHER, Account, Reply, sign_joined
 from telepresence.teleop.lease_topics import Asked, Joined, LeaseState
 from telepresence.teleop.lease_windows import LEASE
 from telepresence.teleop.looking import Look, Manner

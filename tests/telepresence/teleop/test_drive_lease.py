@@ -6,24 +6,23 @@ import math
 
 import pytest
 
+from telepresence.geometry import ZERO_VELOCITY as ZERO
+from telepresence.geometry import Velocity
 from telepresence.security.signing import PROOF
-from telepresence.teleop.drive_lease import (
-    COMMAND_AGE,
-    FORGOTTEN,
-    LATE,
-    LEASE,
+from telepresence.teleop.drive_lease import COMMAND_AGE, LATE, ZEROS_TIME, DriveLease
+from telepresence.teleop.key_agreement import Claim, Credential, WindowSide, public_key
+from telepresence.teleop.lease_messages import (
     PILOT,
     WATCHER,
-    ZERO,
-    ZEROS_TIME,
     Account,
-    DriveLease,
+    Reply,
     SignedCommand,
-    Velocity,
+    sign_command,
+    sign_join,
+    sign_reply,
+    sign_request,
 )
-from telepresence.teleop.key_agreement import Claim, Credential, WindowSide, public_key
-from telepresence.teleop.lease_messages import Reply, sign_command, sign_join, sign_reply, sign_request
-from telepresence.teleop.lease_windows import MOST_OF_ONE, MOST_WINDOWS, NOT_ACCEPTED, OFFER
+from telepresence.teleop.lease_windows import FORGOTTEN, LEASE, MOST_OF_ONE, MOST_WINDOWS, NOT_ACCEPTED, OFFER
 from telepresence.teleop.looking import Look, LookCommand, Manner, read_look, sign_look
 
 AHEAD = Velocity(0.2, 0.0, 0.0)

@@ -45,16 +45,18 @@ from telepresence_msgs.srv import (
 from telepresence_ros.kept_state import KeptState
 from telepresence_ros.node import Node
 
+from telepresence.geometry import ZERO_VELOCITY as ZERO
+from telepresence.geometry import Velocity
 from telepresence.security.outside_text import clean_name
 from telepresence.security.signing import PROOF
 from telepresence.station import priority
 from telepresence.switch import switch
 from telepresence.teleop.accounts import UserError, Users
-from telepresence.teleop.drive_lease import WATCHER, ZERO, Account, DriveLease, LeaseSnapshot, SignedCommand, Velocity
+from telepresence.teleop.drive_lease import DriveLease, LeaseSnapshot
 from telepresence.teleop.invitations import Invitations, beside
 from telepresence.teleop.key_agreement import KEY, Claim
 from telepresence.teleop.known_accounts import KnownAccounts
-from telepresence.teleop.lease_messages import Reply, sign_joined
+from telepresence.teleop.lease_messages import WATCHER, Account, Reply, SignedCommand, sign_joined
 from telepresence.teleop.looking import LookCommand, read_look
 
 PERIOD = 0.05
