@@ -41,7 +41,8 @@ def outranks(account: Account, other: Account) -> bool:
 
 @dataclass(frozen=True)
 class SignedCommand:
-    """What a window sends, ten times a second or more while it drives and four times otherwise.
+    """What a window sends: 20 times a second while it drives (`SEND_PERIOD` of `telepresence.teleop.command_timeout`),
+    four times otherwise.
 
     Args:
         number: Counts up.

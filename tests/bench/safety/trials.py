@@ -24,7 +24,7 @@ OBEYED = 0.8
 
 
 class Script:
-    """A pilot who follows a script, in the place of `safety_pilots.Pilots`."""
+    """A pilot who follows a script, in the place of `pilots.Pilots`."""
 
     def __init__(self, count: int, decide: Callable[[float, np.ndarray], np.ndarray]) -> None:
         """

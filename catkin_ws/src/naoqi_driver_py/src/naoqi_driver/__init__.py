@@ -1,1 +1,1 @@
-"""ROS drivers for robots that speak NAOqi. `connection`, `drive`, `base`, `body` and `touch` do not know ROS."""
+"""ROS drivers for robots that speak NAOqi. Only `naoqi_node` and `head_topics` import rospy."""

@@ -28,7 +28,7 @@ _THREADS = 4
 
 @dataclass(frozen=True)
 class Answer:
-    """See `telepresence.teleop.lease_client.Answer`."""
+    """See `telepresence.teleop.lease_link.Answer`."""
 
     ok: bool
     text: str = ""

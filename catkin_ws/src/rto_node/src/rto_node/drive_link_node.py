@@ -11,7 +11,7 @@ Publishes:  safety (telepresence_msgs/SafetyState), with every report of the rob
 Services:   stop_drive (std_srvs/Trigger): stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger).
 Parameters: ~server (127.0.0.1): host or host:port, 8082 unless given; its key is in the pilot's store, `./stack pair`.
             ~name (user@computer), ~rank (0): name and rank under which the robot knows this pilot; a higher rank may
-            reset others' stops.
+            reset others' stops. ~laser (false): the robot carries a laser scanner, and needs no careful scan.
 The careful scan, with its topic, service and parameters: `telepresence_ros.careful_switch`.
 """
 
