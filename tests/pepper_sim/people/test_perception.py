@@ -284,7 +284,8 @@ def test_awareness_tracks_a_person_and_opens_a_session(naoqi, stranger, data, ev
     stranger.place(-2.0, 0.0)
     wait_until(lambda: lost and tracked[-1] == -1, "the person was lost")
     wait_until(lambda: users.getOpenUserSessions() == [] and users.getFocusedUser() == -1, "the session is closed")
-    assert users.doesUserExist(user) and users.getSecondsSinceLastEncounter(user) >= 0
+    assert users.doesUserExist(user)
+    wait_until(lambda: users.getSecondsSinceLastEncounter(user) >= 1, "the time since then is counted")
     awareness.setEnabled(False)
     naoqi.ALPeoplePerception.setTimeBeforeVisiblePersonDisappears(2.0)
     naoqi.ALPeoplePerception.setTimeBeforePersonDisappears(4.0)

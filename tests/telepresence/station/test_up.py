@@ -87,9 +87,12 @@ def test_an_argument_or_scene_that_does_not_exist_is_refused_with_those_that_do(
         launch_settings.require_known(robot, {name: value})
 
 
-def test_every_argument_of_a_station_is_known():
-    launch_settings.require_known("pepper", {"scene": "rough", "gui": "false", "screen_port": "1"})
-    launch_settings.require_known("both", {"robotino_ip": "10.0.0.1", "nao_ip": "10.0.0.2", "sim": "false"})
+@pytest.mark.parametrize("robot", ["pepper", "robotino", "both", "walker", "fleet"])
+def test_every_argument_of_a_station_is_known(robot):
+    text = (launch_settings.LAUNCH / f"{robot}.launch").read_text()
+    names = set(re.findall(r'^  <arg name="(\w+)" default=', text, re.MULTILINE))
+    assert {"viewer", "seed", "scene"} <= names and launch_settings.launch_arguments(robot) == names
+    launch_settings.require_known(robot, dict.fromkeys([*names, *launch_settings.OWN_SETTINGS], "rough"))
 
 
 def test_both_robots_are_announced_with_their_addresses():

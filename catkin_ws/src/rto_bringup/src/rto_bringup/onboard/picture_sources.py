@@ -136,7 +136,7 @@ def open_source(text: str, rate: float, size: tuple[int, int]) -> PictureSource:
     if not (math.isfinite(rate) and 0.0 < rate <= 120.0):
         raise ValueError(f"a camera rate of {rate} is invalid; give a number of pictures per second up to 120")
     if text == "test":
-        return PictureSource("test picture", lambda: test_pictures(rate, size))
+        return PictureSource("test picture", lambda: synthetic_pictures(rate, size))
     if text.startswith("/"):
         return PictureSource(text, lambda: device_pictures(text, rate, size))
     RobotinoClient(text)  # raises on a bad address
@@ -197,7 +197,7 @@ def device_pictures(path: str, rate: float, size: tuple[int, int]) -> Pictures:
     raise CameraLost(f"{path} gives no more pictures")
 
 
-def test_pictures(rate: float, size: tuple[int, int]) -> Pictures:
+def synthetic_pictures(rate: float, size: tuple[int, int]) -> Pictures:
     """A ball that rolls over a slowly moving pattern: for links and clocks, not for people."""
     width, height = size
     columns = np.arange(width + 256, dtype=np.float32)
