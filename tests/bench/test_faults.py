@@ -142,10 +142,10 @@ def test_the_display_is_still_known_after_a_master_has_come_back_many_times():
 def test_what_a_window_shows_has_the_time_at_which_it_was_shown_however_late_it_is_read():
     sayings, now = Sayings(), time.monotonic()
     shown = datetime.now() - timedelta(seconds=4.0)
-    sayings.window(f"{shown.isoformat(' ', 'milliseconds')} Pepper, warn: The program of the sound froze.")
+    sayings.window(f"{shown.isoformat(' ', 'milliseconds')} Pepper, warn: The sound program froze.")
     sayings.window(f"{shown.isoformat(' ', 'milliseconds')} Pepper, good: It works.")
     (said,) = sayings.since(now - 10.0)
-    assert (said.where, said.text) == ("window", "The program of the sound froze.")
+    assert (said.where, said.text) == ("window", "The sound program froze.")
     assert now - said.time == pytest.approx(4.0, abs=0.5)
 
 

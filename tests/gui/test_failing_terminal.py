@@ -26,7 +26,7 @@ threading.Thread(target=respawn).start()
 """As a plain roslaunch does, with respawn: a thread of its own starts a node again."""
 OUTLIVES = "trap '' HUP; while sleep 0.1; do true; done"
 """A script that a hang-up of its terminal does not end."""
-REAPER_SENTENCE = "What ends the terminal together with this window {}; it starts again."
+REAPER_SENTENCE = "The helper that closes this terminal {}; it starts again."
 
 
 @pytest.fixture

@@ -59,7 +59,7 @@ def test_the_cause_hides_what_follows_from_it(faults):
 
 def test_a_report_alone_is_shown_for_a_while_and_later_faults_are_others(faults):
     faults.report("/voice", "froze", "starts again", 10.0)
-    assert sentence(faults, 10.0) == "The program of the sound froze; it starts again."
+    assert sentence(faults, 10.0) == "The sound program froze; it starts again."
     assert not sentence(faults, 10.0 + SHOWN_TIME)
     faults.report("/my_node", "died: exit code 1", "stays away", 10.0 + CONSEQUENCE_TIME + 1.0)
     assert "The program my_node died (exit code 1); it stays away." in sentence(faults, 14.0)
