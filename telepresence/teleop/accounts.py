@@ -271,7 +271,9 @@ def _parse(argv: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="./stack exec python -m gui.users", description="Who may sign in to the window."
     )
-    parser.add_argument("--file", type=Path, help=f"the accounts; default {default_path()}")
+    parser.add_argument(
+        "--users", "--file", dest="file", type=Path, metavar="FILE", help=f"the accounts; default {default_path()}"
+    )
     commands = parser.add_subparsers(dest="command", required=True)
     add = commands.add_parser("add", help="make an account, or replace it: new password, role, rank")
     add.add_argument("name")

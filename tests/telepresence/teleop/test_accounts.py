@@ -185,8 +185,10 @@ def test_an_injection_is_only_a_name(users):
     assert sqlite3.connect(users.path).execute("SELECT count(*) FROM accounts").fetchone() == (1,)
 
 
-def test_the_command_line(tmp_path, capsys):
-    file = ["--file", str(tmp_path / "users.db")]
+@pytest.mark.parametrize("option", ["--users", "--file"])
+def test_the_command_line(tmp_path, capsys, option):
+    """The file of the accounts is called as in the window; its former name still goes."""
+    file = [option, str(tmp_path / "users.db")]
     add = [
         sys.executable,
         "-m",

@@ -137,9 +137,13 @@ def parse(argv: list[str]) -> argparse.Namespace:
         help=f"what can be driven, where its topics and where its pictures are: {', '.join(KINDS)}",
     )
     parser.add_argument("--address", default="127.0.0.1", help="address of this machine where the page is")
-    parser.add_argument("--port", type=int, default=ports.PILOT_PAGE)
-    parser.add_argument("--sign-in", type=switch, default=True, metavar="true|false")
-    parser.add_argument("--users", default="", metavar="FILE")
+    parser.add_argument("--port", type=int, default=ports.PILOT_PAGE, help="its tcp port; default %(default)s")
+    parser.add_argument(
+        "--sign-in", type=switch, default=True, metavar="true|false", help="people need an account; default true"
+    )
+    parser.add_argument(
+        "--users", default="", metavar="FILE", help="the accounts; default TELEPRESENCE_USERS or gui/users.db"
+    )
     parser.add_argument("--servers", nargs="*", default=[], metavar="URI", help="stun:, turn: and turns:HOST[:PORT]")
     parser.add_argument("--turn-secret", default="", metavar="FILE", help="the relay's static-auth-secret")
     parser.add_argument("--certificate", default="", metavar="FILE", help="PEM with its chain; default: one of our own")
