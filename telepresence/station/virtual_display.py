@@ -19,6 +19,7 @@ import socket
 import struct
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -89,23 +90,25 @@ class VirtualDisplay:
         # -noreset: otherwise the server restarts when its last client leaves, and refuses new ones meanwhile.
         options = f"-screen 0 {self._size} -nolisten tcp -noreset {self._extensions}"
         display = f":{number}" if number else ""
-        try:
-            self.process = processes.start(
-                f"Xvfb {display} -displayfd {writer} {options} -fbdir {self.folder} -auth {self.authority}".split(),
-                tied=not goes_on(),
-                stdin=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                pass_fds=[writer],
-                umask=0o077,
-            )
-        except FileNotFoundError:
-            raise RuntimeError("Xvfb is not installed; run:  ./stack build") from None
-        finally:
-            os.close(writer)
-        with os.fdopen(reader) as answer:
-            number = answer.readline().strip()  # empty when Xvfb ends without a display
-        if not number:
-            raise RuntimeError("Xvfb could not open a display")
+        with tempfile.TemporaryFile("w+", errors="replace") as said:
+            try:
+                self.process = processes.start(
+                    f"Xvfb {display} -displayfd {writer} {options} -fbdir {self.folder} -auth {self.authority}".split(),
+                    tied=not goes_on(),
+                    stdin=subprocess.DEVNULL,
+                    stderr=said,
+                    pass_fds=[writer],
+                    umask=0o077,
+                )
+            except FileNotFoundError:
+                raise RuntimeError("Xvfb is not installed; run:  ./stack build") from None
+            finally:
+                os.close(writer)
+            with os.fdopen(reader) as answer:
+                number = answer.readline().strip()  # empty when Xvfb ends without a display
+            if not number:
+                said.seek(0)
+                raise RuntimeError(f"Xvfb could not open a display: {_last_words(said.read())}")
         pid = self.process.pid
         program_registry.remember(self.folder, Running(PROGRAM, pid, vitals.start_time(pid), []))
         return number
@@ -176,6 +179,14 @@ def grab(folder: Path) -> np.ndarray:
     header_size, width, height, bytes_per_line, colours = header[0], header[4], header[5], header[12], header[19]
     rows = np.frombuffer(screen, np.uint8, bytes_per_line * height, header_size + 12 * colours)
     return rows.reshape(height, bytes_per_line)[:, : width * 4].reshape(height, width, 4)[:, :, :3]
+
+
+def _last_words(said: str) -> str:
+    """The line after which Xvfb ends, or the last one that has words."""
+    lines = [line.replace("(EE)", "").strip() for line in said.splitlines()]
+    lines = [line for line in lines if line] or ["it says nothing"]
+    fatal = "Fatal server error:"
+    return lines[lines.index(fatal) + 1] if fatal in lines[:-1] else lines[-1]
 
 
 def display_answers(name: str | None) -> bool:

@@ -45,6 +45,16 @@ def test_answers_until_closed(display):
     assert not display.folder.exists()
 
 
+def test_it_says_why_there_is_no_display(display):
+    running = display.process
+    try:
+        with pytest.raises(RuntimeError, match=r"could not open a display: .*already (active|running)"):
+            display.start_again()
+    finally:
+        display.process.wait(10.0)
+        display.process = running
+
+
 @pytest.mark.parametrize("name", [None, "", "nonsense", ":", ":x", ":54321"])
 def test_a_display_that_is_not_there_does_not_answer(name):
     assert not display_answers(name)
