@@ -25,6 +25,9 @@ ROBOTINO_CAMERA = 8083
 ROBOTINO_SOUND = 8084
 """Its sound's signalling for WebRTC, tcp."""
 
+WALKER = 8090
+"""The simulated walker's web server, tcp."""
+
 PILOT_PAGE = 8443
 """The pilot's page, tcp; pictures and commands go by udp ports of their own."""
 SCREEN_PAGE = 10003

@@ -18,6 +18,10 @@ from .outline import Outline
 UNKNOWN = -1.0
 """A range without a reading, neither near nor free; drivers fill gaps of a scan with it."""
 
+DRIVER_COMMAND_TIMEOUT = 0.25
+"""`Limits.command_timeout` of a gate on the pilot's side [s], one tick less patience than a gate's own: with a tick's
+delay and the way to the wheels a robot whose pilot falls silent is at zero within 0.35 s."""
+
 NARROW = math.radians(3.0)
 """Beams that cover no more than this to either side show shapes, and what moves [rad]."""
 

@@ -45,6 +45,12 @@ def test_launch_files_have_the_same(name):
     assert defaults(name) == ARGUMENTS[name]
 
 
+@pytest.mark.parametrize("name", ["launch/walker.launch", "catkin_ws/src/sim_bringup/launch/walker_sim.launch"])
+def test_the_walkers_launch_files_have_the_same(name):
+    port = ElementTree.parse(ROOT / name).getroot().find("arg[@name='port']")
+    assert port.get("default") == str(ports.WALKER)
+
+
 def test_what_runs_alone_has_the_same():
     assert drive_program.PORT == ports.PEPPER_DRIVE
     assert datagram.DEFAULT_PORT == robotino_onboard.DRIVE_PORT == ports.ROBOTINO_DRIVE

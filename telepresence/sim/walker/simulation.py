@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from telepresence import ports
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.scene import RobotModel
 from telepresence.sim.simulation import OneRobotSimulation
@@ -14,7 +15,7 @@ from telepresence.sim.world import World
 from telepresence.teleop.movement import Movement
 from telepresence.web.json_app import Application
 
-DEFAULT_PORT = 8090
+DEFAULT_PORT = ports.WALKER
 DEFAULT_SCENE = "flat"
 
 

@@ -1,4 +1,4 @@
-"""The law of the guard: room, speed, sliding, symmetry."""
+"""The gate's braking law: room, speed, sliding, symmetry."""
 
 import math
 

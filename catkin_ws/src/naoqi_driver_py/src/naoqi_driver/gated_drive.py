@@ -18,10 +18,10 @@ from naoqi_driver.command_watchdog import CommandWatchdog, WheelCommand, is_zero
 from naoqi_driver.range_sensors import Reading
 from telepresence.geometry import ZERO_VELOCITY, Velocity
 from telepresence.safety import PEPPER, Command, Decision, Latched, Odometry, State, VelocityGate
+from telepresence.safety.robot_profile import DRIVER_COMMAND_TIMEOUT
 
-PROFILE = replace(PEPPER, limits=replace(PEPPER.limits, command_timeout=0.25))
-"""One tick less patience than the gate's own: with a tick's delay and the way to the wheels a robot whose pilot falls
-silent is at zero within 0.35 s."""
+PROFILE = replace(PEPPER, limits=replace(PEPPER.limits, command_timeout=DRIVER_COMMAND_TIMEOUT))
+"""What the gate here knows."""
 BRAKE = (State.STOPPED, State.FAULT, State.SENSOR_STALE, State.BUMPED, State.NO_COMMAND)
 """A zero for these reasons ends the motion as fast as the robot can; other zeros follow the gate's own braking law."""
 
@@ -96,7 +96,7 @@ class GatedDrive:
             self._gate.reset_stop()
 
     def reset_bumper(self) -> bool:
-        """Let the bump go. False while a bumper is still pressed."""
+        """Reset the bumper. False while a bumper is still pressed."""
         with self._lock:
             return self._gate.reset_bumper()
 

@@ -16,15 +16,15 @@ import numpy as np
 
 from rto_safe_teleop.bubble import Bubble, ClampLimits, points_of_ranges
 from telepresence.safety import ROBOTINO, SECTORS, Command, Decision, Odometry, State, VelocityGate
+from telepresence.safety.robot_profile import DRIVER_COMMAND_TIMEOUT
 
 SAFETY_RADIUS = 0.4
 """The bubble's, from the robot's middle [m]: gulbasozan/robotino-ros2, parameter safety_radius."""
 SILENT_AFTER = 0.5
 """The gate sends zeros for this long after the last command, then nothing, so that others may drive [s]."""
 
-PROFILE = replace(ROBOTINO, limits=replace(ROBOTINO.limits, command_timeout=0.25))
-"""One tick less patience than the gate's own: with a tick's delay and the way to the wheels a robot whose pilot falls
-silent is at zero within 0.35 s."""
+PROFILE = replace(ROBOTINO, limits=replace(ROBOTINO.limits, command_timeout=DRIVER_COMMAND_TIMEOUT))
+"""What the gate here knows."""
 
 Velocity = tuple[float, float, float]
 """Forward, left [m/s], counter-clockwise [rad/s] of base_link."""

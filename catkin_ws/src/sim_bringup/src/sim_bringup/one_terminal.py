@@ -18,6 +18,7 @@ from typing import Any
 import rospy
 
 from sim_bringup import node
+from telepresence import ports
 from telepresence.sim.scene import scene_names
 from telepresence.station import processes
 from telepresence.station.master_keeper import MasterKeeper
@@ -25,8 +26,6 @@ from telepresence.station.ros_master import master_answers, master_proxy
 from telepresence.station.virtual_display import display_answers
 
 NAME = "robot_control_node"
-PORT = 8090
-"""Usual port of the walker's web server, as in launch/walker.launch."""
 OTHERS = "Pepper and Robotino need their drivers too:  ./stack up pepper terrain:=flat"
 
 
@@ -81,7 +80,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         "--port",
         type=int,
-        default=PORT,
+        default=ports.WALKER,
         help="port of the walker's web server; 0 takes a free one (default: %(default)s)",
     )
     parser.add_argument("--seed", type=int, default=0, help="start of all random sequences (default: %(default)s)")
