@@ -15,7 +15,7 @@ def parse_host_port(text: str, default_port: int, whose: str) -> tuple[str, int]
     text = text.strip()
     host, colon, port = text.rpartition(":") if text.count(":") == 1 else (text, "", "")
     if not host or any(letter.isspace() or letter == "/" for letter in host) or not _can_be_asked_for(host):
-        raise ValueError(f"not the address of {whose}: {text!r}; wanted is host or host:port")
+        raise ValueError(f"not the address of {whose}: {text!r}; expected host or host:port")
     if colon and not (port.isdecimal() and 0 < int(port) < 65536):
         raise ValueError(f"{port!r} is not a port, in {text!r}")
     return host.strip("[]"), int(port) if colon else default_port

@@ -178,7 +178,7 @@ def place_of(url):
     scheme, _, rest = url.partition("://")
     host, _, port = rest.rpartition(":")
     if scheme not in ("tcp", "tcps") or not host or not port.isdigit():
-        raise ValueError("not the address of NAOqi: %r; wanted is tcp://HOST:%d" % (url, PORT))
+        raise ValueError("not the address of NAOqi: %r; expected tcp://HOST:%d" % (url, PORT))
     return scheme, (host.strip("[]"), int(port))
 
 

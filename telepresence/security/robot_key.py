@@ -98,5 +98,5 @@ def host_of(robot_address: str) -> str:
     bracketed = re.fullmatch(r"\[([^]]*)\](?::\d{1,5})?", text)
     host = bracketed[1] if bracketed else text.partition(":")[0] if text.count(":") == 1 else text
     if not _HOST.fullmatch(host):
-        raise ValueError(f"not the address of a robot: {robot_address!r}; wanted is host or host:port")
+        raise ValueError(f"not the address of a robot: {robot_address!r}; expected host or host:port")
     return host.lower()

@@ -65,7 +65,7 @@ class SharedKey(object):
         """
         digits = "".join(text.split())
         if len(digits) != 2 * SIZE or not re.match(r"[0-9A-Fa-f]+\Z", digits):
-            raise ValueError("this is no robot's key: wanted are %d hexadecimal digits" % (2 * SIZE))
+            raise ValueError("this is no robot's key: expected %d hexadecimal digits" % (2 * SIZE))
         return cls(binascii.unhexlify(digits.encode("ascii")))
 
     @classmethod
@@ -95,7 +95,7 @@ class SharedKey(object):
             try:
                 return cls.parse(text.decode("ascii"))
             except ValueError:  # UnicodeDecodeError too
-                wanted = "wanted are %d hexadecimal digits" % (2 * SIZE)
+                wanted = "expected %d hexadecimal digits" % (2 * SIZE)
                 problem = ValueError("%s holds no robot's key: %s" % (path, wanted))
         raise problem
 

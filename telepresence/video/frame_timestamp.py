@@ -36,7 +36,7 @@ def draw_time(pixels: np.ndarray, time: float) -> None:
     height, width = pixels.shape[:2]
     strip = strip_height(width)
     if width < 4 * COLUMNS or height < strip:
-        raise ValueError(f"a picture of {width} x {height} is too small for a time; wanted are at least 80 x 8 pixels")
+        raise ValueError(f"a picture of {width} x {height} is too small for a time; expected at least 80 x 8 pixels")
     value = int(time / STEP) % _ROUND
     word = value << _CHECK_BITS | _check(value)
     bits = [word >> (_VALUE_BITS + _CHECK_BITS - 1 - i) & 1 for i in range(_VALUE_BITS + _CHECK_BITS)]

@@ -44,7 +44,7 @@ class RobotSound:
         host = address if "://" in address else f"http://{address}"
         parts = urlsplit(host)
         if parts.scheme != "http" or not parts.hostname or parts.path not in ("", "/"):
-            raise ValueError(f"not the address of a sound server: {address!r}; wanted is host or host:port")
+            raise ValueError(f"not the address of a sound server: {address!r}; expected host or host:port")
         named = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
         self.url = f"http://{named}:{parts.port or ports.ROBOTINO_SOUND}/sound"
         self._signaling = SignalingClient(self.url, "sound server", ANSWER_TIMEOUT)

@@ -272,9 +272,7 @@ def sender_url(address: str) -> str:
     except ValueError:
         port = None
     if parts.scheme != "http" or not parts.hostname or parts.path not in ("", "/") or port is None:
-        raise ValueError(
-            f"not the address of a camera sender: {address!r}; wanted is host, host:port, http://host:port"
-        )
+        raise ValueError(f"not the address of a camera sender: {address!r}; expected host, host:port, http://host:port")
     host = f"[{parts.hostname}]" if ":" in parts.hostname else parts.hostname
     return f"http://{host}:{port}/camera"
 

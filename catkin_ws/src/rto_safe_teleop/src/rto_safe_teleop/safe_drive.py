@@ -119,7 +119,7 @@ class SafeDrive:
         if ranges is None:
             ranges = ranges_of_guide_points([(point.x, point.y) for point in cloud.points])
         if len(ranges) != SENSORS:
-            rospy.logwarn_throttle(10.0, "distance_sensors holds %d readings, wanted are %d", len(ranges), SENSORS)
+            rospy.logwarn_throttle(10.0, "distance_sensors holds %d readings, expected %d", len(ranges), SENSORS)
             return
         with self._lock:
             self._gate.receive_ranges(ranges, time.monotonic())
@@ -176,7 +176,7 @@ def _choose_gate() -> Gate:
     if name == "gate":
         return RobotGate()
     if name != "bubble":
-        raise SystemExit(f"{rospy.get_name()}: there is no layer {name!r}; layers: {', '.join(LAYERS)}")
+        raise SystemExit(f"{rospy.get_name()}: layer:={name}: choose {' or '.join(LAYERS)}")
     rospy.logwarn("the guide's bubble drives this robot: it has no memory and no watchdog")
     defaults = ClampLimits()
     limits = ClampLimits(
