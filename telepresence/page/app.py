@@ -41,11 +41,13 @@ from telepresence.page.pictures import Pictures
 from telepresence.page.proxy import Proxy
 from telepresence.page.published_ports import published_ports
 from telepresence.page.relays import Relays
+from telepresence.page.serving import page_admission
 from telepresence.page.sign_in_routes import SignInRoutes, read_fields, refuse
 from telepresence.page.sign_ins import SignIn, SignIns
 from telepresence.page.station import Station, Stations
 from telepresence.teleop.accounts import is_guest_name
 from telepresence.teleop.lease_topics import LeaseState
+from telepresence.web.admission import Standing
 from telepresence.web.origin import foreign, own_names
 
 log = logging.getLogger(__name__)
@@ -163,6 +165,8 @@ class PilotPage:
         self._sign_in_routes = SignInRoutes(
             stations.entrance, sign_ins, self._audit, list(self._robots), self._on_left, proxy
         )
+        self.admission = page_admission(proxy)
+        """Whose connections are served, see `serving`."""
         self._tabs: dict[tuple[SignIn, str], Tab] = {}
         self._links: dict[Tab, BrowserLink | BrowserSocket] = {}
         self._dials, self._new_tabs = Attempts(*DIALS), Attempts(*NEW_TABS)
@@ -237,12 +241,19 @@ class PilotPage:
     ) -> web.StreamResponse:
         headers = {f"HTTP_{name.upper().replace('-', '_')}": value for name, value in request.headers.items()}
         reason = foreign(headers, self._names, scheme="https")
+        self.admission.asked(request.transport)
         try:
             if not reason:
                 await self._sign_in_routes.recognize(request)
+            sign_in = None if reason else self._sign_in_routes.sign_in(request)
+            standing = Standing.SIGNED_IN if sign_in else Standing.STRANGER
+            party = sign_in.name if sign_in else self._sign_in_routes.network(request)
+            self.admission.known(request.transport, standing, party)
             response = refuse(403, reason) if reason else await handler(request)
         except web.HTTPException as error:
             response = refuse(error.status, error.reason)
+        finally:
+            self.admission.answered(request.transport)
         if not response.prepared:  # a websocket is, and is over
             response.headers.update(_HEADERS)
         return response
@@ -279,6 +290,7 @@ class PilotPage:
         await self._make_room(tab, robot, _attempt(request.query.get("attempt", "")))
         socket = BrowserSocket(robot.pictures, self._station_end(tab, robot), self._on_link_ended)
         self._links[tab] = socket
+        self.admission.known(request.transport, Standing.KEPT)
         return await socket.serve(request)
 
     async def _make_room(self, tab: Tab, robot: RobotOnPage, attempt: float) -> None:

@@ -94,11 +94,19 @@ class SignInRoutes:
 
     def who(self, request: web.Request) -> SignIn:
         """Return whose request this is. Raises HTTPUnauthorized."""
-        cookie = self._cookie(request)
-        sign_in = self._sign_ins.find(cookie, time.time())
+        sign_in = self.sign_in(request)
         if sign_in is None:
-            raise web.HTTPUnauthorized(reason=self._sign_ins.why_ended(cookie) or "Sign in first.")
+            reason = self._sign_ins.why_ended(self._cookie(request))
+            raise web.HTTPUnauthorized(reason=reason or "Sign in first.")
         return sign_in
+
+    def sign_in(self, request: web.Request) -> SignIn | None:
+        """Return whose request this is, if anybody's."""
+        return self._sign_ins.find(self._cookie(request), time.time())
+
+    def network(self, request: web.Request) -> str:
+        """Return from where it came, as tries are counted."""
+        return network(self._client(request))
 
     def _cookie(self, request: web.Request) -> str:
         return request.cookies.get(way_of(request, self._proxy).cookie, "")

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from aiohttp import web
 from page_browser import Browser
 from page_server import ANNA, WILL, NoConversation, OneRobot, OneStation
 
@@ -22,10 +21,12 @@ from telepresence.geometry import ZERO_VELOCITY, Velocity
 from telepresence.page.app import PilotPage
 from telepresence.page.certificate import server_context
 from telepresence.page.proxy import Proxy
+from telepresence.page.serving import serving
 from telepresence.teleop.drive_lease import DriveLease
 from telepresence.teleop.lease_client import LeaseClient
 from telepresence.teleop.lease_messages import PILOT, WATCHER, Account, Reply, sign_joined
 from telepresence.teleop.lease_topics import Asked, Joined, LeaseState
+from telepresence.web.listener import listener, unix_listener
 
 PERIOD = 0.05
 """[s] between two ticks of drive_lease."""
@@ -194,16 +195,17 @@ class PageInProcess:
 
     async def _serve(self) -> None:
         page = PilotPage(self._station, "127.0.0.1", folder=self._folder / "page", proxy=self._proxy)
-        runner = web.AppRunner(page.application(), access_log=None)
-        await runner.setup()
         if self._proxy is not None and self._proxy.socket:
-            await web.UnixSite(runner, self._proxy.socket).start()
+            listening, tls = unix_listener(Path(self._proxy.socket)), None
             self.url = self._proxy.url
         else:
-            context = server_context(self._folder, {"127.0.0.1"})
-            await web.TCPSite(runner, "127.0.0.1", 0, ssl_context=context).start()
-            self.url = f"https://127.0.0.1:{runner.addresses[0][1]}/"
-        self._ready.set()
+            listening, tls = listener("127.0.0.1", 0), server_context(self._folder, {"127.0.0.1"})
+            self.url = f"https://127.0.0.1:{listening.getsockname()[1]}/"
+        async with serving(page.application(), page.admission, listening, tls):
+            self._ready.set()
+            await self._live(page)
+
+    async def _live(self, page: PilotPage) -> None:
         level = 0
         while not self._end.is_set():
             level = (level + 5) % 200
@@ -216,7 +218,6 @@ class PageInProcess:
                 if not robot.dark:
                     robot.picture.put(np.full((180, 160), level, np.uint8), time.time() - robot.late)
             await asyncio.sleep(PERIOD)
-        await runner.cleanup()
 
 
 class PageBrowser(Browser):

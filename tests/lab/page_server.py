@@ -9,18 +9,19 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import aiohttp
-from aiohttp import web
 from cheap_passwords import CHEAP
 
 from telepresence.page.app import PilotPage
 from telepresence.page.certificate import server_context
 from telepresence.page.entrance import Entrance
 from telepresence.page.proxy import Proxy
+from telepresence.page.serving import serving
 from telepresence.page.sign_ins import COOKIE
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.invitations import Invitations, beside
 from telepresence.teleop.lease_messages import PILOT, WATCHER
 from telepresence.video.images import LatestImage
+from telepresence.web.listener import listener, unix_listener
 
 ANNA = {"name": "anna", "password": "correct horse"}
 WILL = {"name": "will", "password": "battery staple"}
@@ -134,17 +135,18 @@ def serve(
     async def run() -> None:
         station = OneStation(folder, sign_in)
         page = PilotPage(station, "127.0.0.1", folder=folder / "page", proxy=proxy)
-        runner = web.AppRunner(page.application(), access_log=None)
-        await runner.setup()
         if proxy is not None and proxy.socket:
-            await web.UnixSite(runner, proxy.socket).start()
+            listening, tls = unix_listener(Path(proxy.socket)), None
             connector, url = aiohttp.UnixConnector(proxy.socket), f"http://{proxy.name}"
         else:
-            await web.TCPSite(runner, "127.0.0.1", 0, ssl_context=server_context(folder, ["127.0.0.1"])).start()
+            listening, tls = listener("127.0.0.1", 0), server_context(folder, ["127.0.0.1"])
             trust = ssl.create_default_context(cafile=str(folder / "authority.crt"))
-            connector, url = aiohttp.TCPConnector(ssl=trust), f"https://127.0.0.1:{runner.addresses[0][1]}"
-        async with aiohttp.ClientSession(connector=connector, cookie_jar=aiohttp.DummyCookieJar()) as session:
+            connector = aiohttp.TCPConnector(ssl=trust)
+            url = f"https://127.0.0.1:{listening.getsockname()[1]}"
+        async with (
+            serving(page.application(), page.admission, listening, tls),
+            aiohttp.ClientSession(connector=connector, cookie_jar=aiohttp.DummyCookieJar()) as session,
+        ):
             await scenario(Client(session, url, station, page))
-        await runner.cleanup()
 
     asyncio.run(run())

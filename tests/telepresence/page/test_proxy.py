@@ -9,6 +9,7 @@ from page_server import ANNA, serve
 
 from telepresence.page.attempts import MOST
 from telepresence.page.proxy import UNKNOWN, Proxy, forwarded_for
+from telepresence.page.serving import LIMITS
 from telepresence.page.sign_ins import COOKIE, COOKIE_OF_PATH
 
 URL = "https://robots.example:8443/anna/"
@@ -61,6 +62,33 @@ def test_tries_are_counted_by_the_address_that_the_proxy_names(tmp_path, by_sock
         assert set(await asyncio.gather(*tries)) == {403}
         assert await enter(ANNA, "198.51.100.8, 198.51.100.7") == 429, "what the browser wrote itself is not counted"
         assert await enter(ANNA, "198.51.100.8") == 200, "others notice nothing of it"
+
+    serve(tmp_path, scenario, proxy=by_socket)
+
+
+def test_connections_are_counted_by_the_browser_that_the_proxy_names(tmp_path, by_socket):
+    async def half_request(client_address, cookie=""):
+        """Return the connection of who begins to come in, and does not go on."""
+        reader, writer = await asyncio.open_unix_connection(by_socket.socket)
+        lines = (
+            "POST /enter HTTP/1.1", f"Host: {SITE['Host']}", f"X-Forwarded-For: {client_address}",
+            f"Cookie: {COOKIE_OF_PATH}={cookie}", "Content-Length: 100", "", "{",
+        )  # fmt: skip
+        writer.write("\r\n".join(lines).encode())
+        return reader, writer
+
+    async def scenario(client):
+        answer, _ = await client.ask("POST", "/enter", ANNA, **SITE, X_Forwarded_For="198.51.100.8")
+        other = await half_request("198.51.100.9")
+        signed_in = await half_request("198.51.100.7", answer.cookies[COOKIE_OF_PATH].value)
+        crowd = [await half_request("198.51.100.7") for _ in range(LIMITS.per_party + 3)]
+        async with asyncio.timeout(20.0):
+            while sum(reader.at_eof() for reader, _ in crowd) < 3:
+                await asyncio.sleep(0.01)
+        assert await client.status("GET", "/me", **SITE, X_Forwarded_For="198.51.100.7") == 401, "it is answered, too"
+        assert not other[0].at_eof() and not signed_in[0].at_eof()
+        for _, writer in (other, signed_in, *crowd):
+            writer.transport.abort()
 
     serve(tmp_path, scenario, proxy=by_socket)
 

@@ -15,13 +15,14 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
+import socket
+import ssl
 import sys
 import threading
 from functools import partial
 from pathlib import Path
 
 import rospy
-from aiohttp import web
 from telepresence_ros.node import Node
 
 from pilot_page.lease_services import LeaseServices
@@ -32,6 +33,7 @@ from telepresence.page.certificate import fingerprint, names_of, own_context, se
 from telepresence.page.entrance import Entrance
 from telepresence.page.proxy import Proxy
 from telepresence.page.relays import Relays
+from telepresence.page.serving import serving
 from telepresence.station.container_image import page_host
 from telepresence.station.pilot_page import PILOT_PAGE_KEY, SITE, page_folder
 from telepresence.switch import switch
@@ -39,6 +41,7 @@ from telepresence.teleop.accounts import Users
 from telepresence.teleop.invitations import Invitations, beside
 from telepresence.teleop.lease_topics import LeaseState
 from telepresence.teleop.robot_kinds import KINDS
+from telepresence.web.listener import listener, unix_listener
 
 
 class PageNode:
@@ -84,40 +87,38 @@ class PageNode:
         self._loop.run_until_complete(self._serve_until_stopped())
 
     async def _serve_until_stopped(self) -> None:
-        runner = web.AppRunner(self._page.application(), access_log=None, handle_signals=False)
-        await runner.setup()
         try:
-            url = await self._listen(runner)
+            listening, tls, url = self._listen()
         except OSError as error:
-            options = self._options
-            rospy.logfatal("the page cannot listen on %s, port %d: %s", options.address, options.port, error.strerror)
-            await runner.cleanup()
+            rospy.logfatal("the page cannot be served: %s", error)
             return
-        self.entrance.invitations.set_page(os.environ.get(SITE) or url)
-        beats = threading.Thread(target=self._beat, daemon=True)
-        beats.start()
-        while not self._node.stop.is_set():
-            await asyncio.sleep(0.05)
-        await runner.cleanup()
+        async with serving(self._page.application(), self._page.admission, listening, tls) as taking:
+            self.entrance.invitations.set_page(os.environ.get(SITE) or url)
+            beats = threading.Thread(target=self._beat, daemon=True)
+            beats.start()
+            while not self._node.stop.is_set():
+                await asyncio.sleep(0.05)
+                if taking.done():
+                    await taking  # raises what it has failed with
 
-    async def _listen(self, runner: web.AppRunner) -> str:
-        """Begin to serve, and return how browsers reach the page. Raises OSError."""
+    def _listen(self) -> tuple[socket.socket, ssl.SSLContext | None, str]:
+        """Return where browsers come in, and how they reach the page. Raises OSError."""
         options = self._options
         if self._proxy is not None and self._proxy.socket:
-            await web.UnixSite(runner, self._proxy.socket).start()
+            waiting = unix_listener(Path(self._proxy.socket))
             rospy.loginfo("the pilot's page: %s", self._proxy.url)
-            return self._proxy.url
+            return waiting, None, self._proxy.url
         folder = Path(options.certificates)
         if self._certificate is not None:
             context = own_context(self._certificate, Path(options.key) if options.key else None)
         else:
             context = server_context(folder, {options.address, self._name})
-        await web.TCPSite(runner, options.address, options.port, ssl_context=context).start()
-        port = runner.addresses[0][1]
+        listening = listener(options.address, options.port, send_buffer=None)
+        port = listening.getsockname()[1]
         place = f"{self._name}:{port}" if self._certificate else page_host(options.address, str(port))
         rospy.loginfo("the pilot's page: https://%s/  certificate SHA-256 %s", place,
                       fingerprint(self._certificate or folder / "page.crt"))  # fmt: skip
-        return self._proxy.url if self._proxy is not None else f"https://{place}/"
+        return listening, context, self._proxy.url if self._proxy is not None else f"https://{place}/"
 
     def _beat(self) -> None:
         """Count as frozen when the event loop does not turn: it carries everybody's commands."""

@@ -10,13 +10,11 @@ from __future__ import annotations
 import asyncio
 import ipaddress
 import logging
-import socket
 import time
 from collections.abc import Awaitable, Callable
 
 from aiohttp import web
 
-from rto_bringup.onboard.admission import Admission
 from telepresence.security import local_users
 from telepresence.security.robot_key import RobotKey
 from telepresence.security.signed_requests import (
@@ -28,6 +26,9 @@ from telepresence.security.signed_requests import (
     credentials_in,
     proven,
 )
+from telepresence.station import heartbeat
+from telepresence.web.admission import Admission, Limits
+from telepresence.web.listener import listener
 
 log = logging.getLogger(__name__)
 
@@ -39,8 +40,21 @@ BODY_TIMEOUT = 2.0
 ANSWER_TIMEOUT = 5.0
 """Seconds for the answer to it."""
 MAX_HEADERS = 24
-BACKLOG = 1024
-"""Connections that may wait to be taken: a burst must not make a pilot ask again a second later."""
+HEADER_TIMEOUT = 2.0
+"""Seconds within which a connection brings a request's first lines."""
+CONNECTION_TIMEOUT = 10.0
+"""Seconds after which a connection ends, whatever comes over it: an exchange takes one."""
+LIMITS = Limits(
+    connections=48,
+    per_party=12,
+    first_request=HEADER_TIMEOUT,
+    lasts=CONNECTION_TIMEOUT,
+    requests=4,  # an exchange takes two
+)
+FROZEN_AFTER = 2.0
+"""Seconds after which a program whose loop does not turn counts as frozen; a camera may take a while to open."""
+BEAT_PERIOD = 0.25
+"""Seconds between two signs of life."""
 PAIR = "this robot wants its key: ./stack pair ROBOT\n"
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
@@ -56,14 +70,14 @@ class SignalingServer:
     def __init__(self, key: RobotKey | None = None) -> None:
         self._key = key
         self._challenges = Challenges()
-        self._admission: Admission | None = None
+        self._admission = Admission(LIMITS)
 
     def application(self, *routes: web.AbstractRouteDef) -> web.Application:
         """Return an application that passes on what may be asked; the handlers find the body read."""
 
         @web.middleware
         async def admit(request: web.Request, handler: Handler) -> web.StreamResponse:
-            goes_on = self._admission is not None and self._admission.asked(request.transport)
+            goes_on = self._admission.asked(request.transport)
             try:
                 response = await self._admit(request, handler)
             except web.HTTPException as refusal:
@@ -100,14 +114,15 @@ class SignalingServer:
             max_headers=MAX_HEADERS,
         )
         await runner.setup()
+        beating = asyncio.ensure_future(_beat())
         try:
             assert runner.server is not None, "setup has made it"
-            with _listen(address, port) as listening:
+            with listener(address, port, send_buffer=None) as listening:
                 host, bound = listening.getsockname()[:2]
-                self._admission = Admission(listening, runner.server)
                 ready(f"http://{f'[{host}]' if ':' in host else host}:{bound}")
-                await self._admission.run()
+                await self._admission.run(listening, runner.server)
         finally:
+            beating.cancel()
             await runner.cleanup()
 
     async def _admit(self, request: web.Request, handler: Handler) -> web.StreamResponse:
@@ -149,8 +164,7 @@ class SignalingServer:
         return web.Response(status=401, text=PAIR, headers={"WWW-Authenticate": ask_for_proof(challenge)})
 
     def _prove(self, request: web.Request) -> None:
-        if self._admission is not None:
-            self._admission.proven(request.transport)
+        self._admission.known(request.transport)
 
 
 def local_address(request: web.Request) -> str:
@@ -218,17 +232,10 @@ async def _without_names(_request: web.Request, response: web.StreamResponse) ->
     response.headers.pop("Server", None)
 
 
-def _listen(address: str, port: int) -> socket.socket:
-    family, kind, protocol, _, target = socket.getaddrinfo(address, port, type=socket.SOCK_STREAM)[0]
-    listening = socket.socket(family, kind, protocol)
-    try:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind(target)
-        listening.listen(BACKLOG)
-    except OSError as error:
-        listening.close()
-        raise OSError(error.errno, f"cannot listen on {address}, port {port}: {error.strerror}") from error
-    return listening
+async def _beat() -> None:
+    while True:
+        heartbeat.beat(FROZEN_AFTER)
+        await asyncio.sleep(BEAT_PERIOD)
 
 
 def _short_log() -> logging.Logger:
