@@ -66,6 +66,8 @@ DIALS = (40, 10.0)
 """Connections of one sign-in in so many seconds, of all its pages. Each costs keys and sockets."""
 NEW_TABS = (20, 10.0)
 """Pages that one sign-in opens in so many seconds. Each is a window of drive_lease, which proves itself."""
+FLOODS = (1, 5.0)
+"""Connections of one sign-in that are given up for sending too much, in so many seconds: then it dials in vain."""
 MOST_LINKS = 16
 """Browsers that are connected at the same time."""
 _HEADERS = {
@@ -169,7 +171,7 @@ class PilotPage:
         """Whose connections are served, see `serving`."""
         self._tabs: dict[tuple[SignIn, str], Tab] = {}
         self._links: dict[Tab, BrowserLink | BrowserSocket] = {}
-        self._dials, self._new_tabs = Attempts(*DIALS), Attempts(*NEW_TABS)
+        self._dials, self._new_tabs, self._floods = Attempts(*DIALS), Attempts(*NEW_TABS), Attempts(*FLOODS)
         self._names = own_names() | {name.lower() for name in (*names, *([proxy.name] if proxy else ()))}
 
     def application(self) -> web.Application:
@@ -295,6 +297,8 @@ class PilotPage:
 
     async def _make_room(self, tab: Tab, robot: RobotOnPage, attempt: float) -> None:
         """End what this page has had before: it dials again, or looks at another robot. Raises HTTPException."""
+        if self._floods.wait(tab.sign_in.name, time.monotonic()):
+            raise web.HTTPTooManyRequests(reason="This page has sent too much. It may dial again in some seconds.")
         if self._dials.wait(tab.sign_in.name, time.monotonic()):
             raise web.HTTPTooManyRequests(reason="This page dials too often.")
         self._dials.note(tab.sign_in.name, time.monotonic())
@@ -326,6 +330,7 @@ class PilotPage:
             window,
             lambda: self._state(tab, robot, window) | people.add(people_of(robot.lease, window.node), time.monotonic()),
             lambda action, value: robot.station.request(action, value, tab.sign_in.account),
+            lambda: self._floods.note(tab.sign_in.name, time.monotonic()),
         )
 
     async def _stop(self, request: web.Request) -> web.StreamResponse:

@@ -35,7 +35,8 @@ SELDOM, SELDOM_PERIOD = frozenset({"people", "ring"}), 1.0
 SILENCE = 3.0
 """[s] without a message of the page after which its connection is given up; it dials again."""
 MOST_PER_SECOND = 200
-"""Messages of one connection: several times what the page sends. More, and it is given up."""
+"""Messages of one connection, a websocket's pings among them: several times what the page sends. More, and it is given
+up."""
 MOST_REQUESTS = 8
 """Requests of one page that are carried out at the same time."""
 
@@ -48,11 +49,13 @@ class StationEnd:
         window: The browser's way to drive, which outlives its connections.
         state: What to tell the page, as JSON's types.
         request: Carries out what the page asks for besides driving, see `telepresence.page.station.Station.request`.
+        flooded: Called when the page sends more than any of ours does.
     """
 
     window: BrowserWindow
     state: Callable[[], dict[str, Any]]
     request: Callable[[str, Any], Awaitable[None]]
+    flooded: Callable[[], None] = lambda: None
 
 
 class BrowserMessages:
@@ -65,6 +68,7 @@ class BrowserMessages:
 
     def __init__(self, end: StationEnd, send: Callable[[str, str], None]) -> None:
         self._window, self._state, self._request, self._send = end.window, end.state, end.request, send
+        self._flooded = end.flooded
         self._takes: dict[str, Callable[[str | bytes], None]] = {
             "drive": self._on_drive,
             "floor": self._on_floor,
@@ -93,8 +97,8 @@ class BrowserMessages:
         """Whether the page has said nothing for so long, or so much, that its connection is over."""
         return self.flooding or time.monotonic() - self._heard > SILENCE
 
-    def receive(self, kind: str, text: str | bytes) -> None:
-        """Take what the browser sends, whatever it is."""
+    def count(self) -> bool:
+        """Count one thing that the browser sends, and return whether it is to be heeded."""
         now = time.monotonic()
         if now - self._second >= 1.0:
             self._second, self._in_second = now, 0
@@ -102,8 +106,13 @@ class BrowserMessages:
         if self._in_second > MOST_PER_SECOND and not self.flooding:
             self.flooding = True
             self._window.let_go(now)
+            self._flooded()
             log.warning("a browser sends more than %d messages in a second", MOST_PER_SECOND)
-        if self.flooding:
+        return not self.flooding
+
+    def receive(self, kind: str, text: str | bytes) -> None:
+        """Take what the browser sends, whatever it is."""
+        if not self.count():
             return
         try:
             if kind not in self._takes:

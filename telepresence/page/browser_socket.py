@@ -16,7 +16,7 @@ import time
 from collections import deque
 from collections.abc import Awaitable, Callable
 
-from aiohttp import ClientConnectionResetError, WSMsgType, web
+from aiohttp import ClientConnectionResetError, WSMessage, WSMsgType, web
 
 from telepresence.page.browser_messages import STATE_PERIOD, BrowserMessages, StationEnd
 from telepresence.page.commands import LONGEST
@@ -28,6 +28,8 @@ MOST_ANSWERS = 32
 """Answers that wait for the network; more are a page that does not read."""
 CLOSING = 0.5
 """[s] for which the browser's goodbye is waited for."""
+AT_ONCE = 16
+"""Frames of one browser that are taken before it is everybody else's turn: the loop carries all their commands."""
 
 
 class BrowserSocket:
@@ -49,7 +51,11 @@ class BrowserSocket:
         """What the browser says and gets."""
         self._pictures, self._ended = pictures, ended
         self._socket = web.WebSocketResponse(
-            timeout=CLOSING, max_msg_size=LONGEST + 64, compress=False, writer_limit=MOST_UNSEEN * 2**15
+            timeout=CLOSING,
+            autoping=False,  # aiohttp would answer as many as come, and count none
+            max_msg_size=LONGEST + 64,
+            compress=False,
+            writer_limit=MOST_UNSEEN * 2**15,
         )
         self._newest: dict[str, str] = {}
         self._answers: deque[str] = deque(maxlen=MOST_ANSWERS)
@@ -65,6 +71,8 @@ class BrowserSocket:
             async with asyncio.TaskGroup() as group:  # what fails ends the others
                 tasks = [group.create_task(each) for each in (self._send(), self._show(), self._report())]
                 await self._receive()
+                if self.messages.flooding and request.transport is not None:
+                    request.transport.abort()  # a goodbye would wait behind all that it has sent
                 for task in tasks:
                     task.cancel()
         finally:
@@ -82,17 +90,28 @@ class BrowserSocket:
             await self._socket.close()
 
     async def _receive(self) -> None:
+        """Take what the browser sends until it hangs up, or sends too much."""
+        taken = 0
         async for message in self._socket:
-            if message.type is not WSMsgType.TEXT:
-                self.messages.receive("", b"")
-                continue
+            await self._take(message)
+            if self.messages.flooding:
+                return
+            taken += 1
+            if taken % AT_ONCE == 0:
+                await asyncio.sleep(0)  # what has arrived already is read without a pause
+
+    async def _take(self, message: WSMessage) -> None:
+        kind, text = "", ""
+        if message.type is WSMsgType.TEXT:
             kind, _, text = message.data.partition(" ")
-            if kind == "seen":
-                if self._unseen > 0:  # else a page of nobody's would have pictures piled up
-                    self._unseen -= 1
-                    self._may_show.release()
-            else:
-                self.messages.receive(kind, text)
+        if kind != "seen" and message.type not in (WSMsgType.PING, WSMsgType.PONG):
+            self.messages.receive(kind, text)
+        elif self.messages.count():
+            if message.type is WSMsgType.PING:
+                await self._sent(self._socket.pong(message.data))
+            elif kind == "seen" and self._unseen > 0:  # else a page of nobody's would have pictures piled up
+                self._unseen -= 1
+                self._may_show.release()
 
     async def _report(self) -> None:
         while not self.messages.silent:

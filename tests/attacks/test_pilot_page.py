@@ -22,8 +22,10 @@ from attacked_pages import Attacker, Browser, Program
 from cheap_passwords import CHEAP
 from endings import end_together
 from page_browser import FLAGS, PICTURES
-from page_stranger import FORWARD, ZERO, Pilot, Stranger, ask, drive, says_goodbye
+from page_stranger import FORWARD, ZERO, Pilot, Stranger, ask, drive
 from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.frames import Frame, Opcode
+from websockets.sync.client import ClientConnection
 
 from pepper_sim.tablet.devtools import DevTools
 from telepresence.page.app import DIALS, MOST_BODY, MOST_LINKS
@@ -45,6 +47,12 @@ LOST = 2
 """How often the pilot may lose the robot to nobody: a busy machine holds up programs for longer than a lease lasts."""
 SILENCE = 5.0
 """[s] for which the page may tell the pilot nothing: more than a busy machine holds it up."""
+PROMPT = 0.5
+"""[s] for which a flood may keep the page from telling the pilot anything: several of the periods in which it does."""
+TRIES = 4
+"""The best of so many floods, as other programs hold up those of a busy machine."""
+HELD_ON = 10.0
+"""[s] after which a flood counts as one that the page puts up with."""
 SOCKET = "/ws?robot=Pepper&page=0000000000000001&attempt=1"
 HOME = "{}nothing"
 """An address of the page's origin without the page: that would take the robot itself."""
@@ -420,16 +428,37 @@ def test_giant_messages(driven, message):
         time.sleep(0.2)  # in which the page may not die of it
 
 
-@pytest.mark.parametrize("message", ["drive x", drive(1), ask(1, "take"), "nothing at all", b"\0"], ids=range(5))
-def test_messages_without_end(driven, message):
-    with driven.stranger.open(driven.guest("watcher")) as socket:
-        assert hangs_up_on(socket, message)
+@pytest.mark.parametrize(
+    "frame",
+    [
+        *(
+            Frame(Opcode.TEXT, text.encode())
+            for text in ("drive x", drive(1), ask(1, "take"), "nothing at all", "seen")
+        ),
+        *(Frame(opcode, b"\0") for opcode in (Opcode.BINARY, Opcode.PING, Opcode.PONG)),
+    ],
+    ids=lambda frame: f"{frame.opcode.name} {frame.data[:5].decode()}".rstrip(" \0"),
+)
+def test_messages_without_end(driven, pilot, wait_until, frame):
+    """Of whatever kind: they are not anna's delay, and who has sent them does not do it again at once."""
+    silences: list[float] = []  # s
+    while not any(seconds < PROMPT for seconds in silences):
+        assert len(silences) < TRIES, f"the page told anna nothing for {silences} s"
+        cookie = driven.guest("watcher")
+        with driven.stranger.open(cookie) as socket:
+            pilot.silence = 0.0
+            assert hangs_up_on(socket, frame)
+        heard = len(pilot.had)
+        with pytest.raises(InvalidStatus, match="429"):
+            driven.stranger.open(cookie)
+        wait_until(lambda heard=heard: len(pilot.had) > heard, "anna hears of the robot")
+        silences.append(pilot.silence)
 
 
 def test_stops_without_end(driven, pilot, wait_until):
     """Whoever is signed in may stop the robot, and who ranks higher resets the stop."""
     with driven.stranger.open(driven.guest("watcher")) as socket:
-        assert hangs_up_on(socket, ask(1, "stop"))
+        assert hangs_up_on(socket, Frame(Opcode.TEXT, ask(1, "stop").encode()))
     wait_until(lambda: driven.velocities()[-1] == ZERO, "the robot stands")
 
     def reset() -> bool:
@@ -439,10 +468,14 @@ def test_stops_without_end(driven, pilot, wait_until):
     wait_until(reset, "anna resets the stop")
 
 
-def hangs_up_on(socket, message) -> bool:
-    """Whether the page hangs up on who sends a message without end."""
-    with contextlib.suppress(ConnectionClosed):
-        for _ in range(20 * MOST_PER_SECOND):
-            socket.send(message)
-        return says_goodbye(socket)
+def hangs_up_on(socket: ClientConnection, frame: Frame) -> bool:
+    """Whether the page hangs up on who sends a frame without end, and now and then a sign of life."""
+    many = frame.serialize(mask=True) * 2 * MOST_PER_SECOND
+    deadline = time.monotonic() + HELD_ON
+    with contextlib.suppress(ConnectionClosed, OSError):
+        for number in itertools.count(1):
+            socket.socket.sendall(many)
+            socket.send(drive(number, None))
+            if time.monotonic() > deadline:
+                return False
     return True
