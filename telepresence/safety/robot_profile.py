@@ -221,7 +221,8 @@ LASER = fan(
     "laser", (0.0, 0.0), 0.0, math.tau, 72, min_range=0.10, max_range=3.0, clear_range=3.0, period=0.05, speed=0.50,
     frozen_after=0.5,
 )  # fmt: skip
-"""A full circle in 5 degree sectors, the nearest return of each."""
+"""A full circle in 5 degree sectors, the nearest return of each, leftmost first. Where a robot's laser does not point,
+its beams are `UNKNOWN`: a scanner seen on a real one looks 110 degrees to either side."""
 
 # Deceleration 0.4 m/s² and 180 deg/s² by the vendor's controld3.conf, 0.435 measured; four fifths of that are assumed.
 _ROBOTINO_LIMITS = Limits(
@@ -274,4 +275,5 @@ ROBOTINO_LASER = RobotProfile(
     replace(_ROBOTINO_LIMITS, max_speed=0.50, unseen_speed=0.10),
     (LASER, INFRARED),
 )
-"""Robotino with a laser all around; falls back to the infrared sensors' speed when the laser is silent."""
+"""Robotino with a laser; falls back to the infrared sensors' speed when the laser is silent, and where it does not
+point."""

@@ -8,7 +8,7 @@ import pytest
 
 pytestmark = pytest.mark.ros
 
-LASER = "unavailable: The laser sees all around: the body need not sway."
+LASER = "unavailable: With a laser, which sees the way ahead and to the sides, the body does not sway."
 CASES = {
     ("rto_node/rto_drive_link",): "on by default",
     ("rto_node/rto_drive_link", "_careful:=false"): "off",

@@ -79,9 +79,9 @@ def test_who_watches_sees_the_careful_scan_and_switches_nothing(banner):
     banner.show_reading(Careful(on=True, by_default=True))
     assert not banner.findChild(QCheckBox).isEnabled() and banner.asked == []
     banner.set_may_switch(True)
-    banner.show_reading(Careful(False, False, "The laser sees all around."))
+    banner.show_reading(Careful(False, False, "With a laser the body does not sway."))
     assert not banner.findChild(QCheckBox).isEnabled()
-    assert banner.findChild(QCheckBox).toolTip() == "The laser sees all around."
+    assert banner.findChild(QCheckBox).toolTip() == "With a laser the body does not sway."
 
 
 def test_body_state_is_written_in_degrees_and_metres_and_forgotten(qt):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import signal
 import socket
@@ -12,13 +11,13 @@ import pytest
 from rto_bringup.onboard.__main__ import main
 from rto_bringup.onboard.kept_latches import KeptLatches
 from rto_bringup.onboard.robotino_base import RobotinoBase
-from rto_bringup.onboard.sensors import Reading, ranges_of_sectors
-from rto_node.client import RobotinoClient, Scan
+from rto_bringup.onboard.sensors import Reading
+from rto_node.client import RobotinoClient
 
 from telepresence.drive.link import DriveLink
 from telepresence.drive.pilots import SILENCE, PilotVelocity
 from telepresence.drive.server import AT_REST
-from telepresence.safety import UNKNOWN, Latched
+from telepresence.safety import Latched
 
 
 @pytest.fixture
@@ -268,22 +267,3 @@ def test_a_taken_port_is_named(capsys):
         port = taken.getsockname()[1]
         assert main(["drive", "--port", str(port)]) == 1
     assert f"udp port {port}" in capsys.readouterr().err
-
-
-def test_a_scan_is_the_nearest_return_in_each_direction():
-    step = math.radians(0.5)
-    ranges = [2.0] * 441
-    ranges[220] = 0.5  # straight ahead
-    ranges[100] = 0.0  # nothing came back
-    scan = Scan(1, math.radians(-110), step, 0.0, 0.1, 0.05, 20.0, tuple(ranges))
-    sectors = ranges_of_sectors(scan, mount=0.08)
-    assert len(sectors) == 72
-    assert sectors[0] == pytest.approx(0.58)
-    assert sectors[36] == UNKNOWN, "no ray looks back"
-    assert sectors[18] == pytest.approx(2.0, abs=0.1)
-    assert json.dumps(sectors), "all of them finite"
-
-
-def test_an_unwilling_scanner_says_nothing():
-    nothing = Scan(1, -1.9, 0.0087, 0.0, 0.1, 0.0, 20.0, (0.0,) * 441)
-    assert {round(each) for each in ranges_of_sectors(nothing) if each != UNKNOWN} == {20}

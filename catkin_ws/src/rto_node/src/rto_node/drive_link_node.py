@@ -43,7 +43,7 @@ WAIT = 0.1
 """Seconds to wait for a report before checking whether the robot still answers."""
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that readers notice a dead node."""
-LASER_SEES = "The laser sees all around: the body need not sway."
+LASER_SEES = "With a laser, which sees the way ahead and to the sides, the body does not sway."
 
 
 class DriveLinkNode:

@@ -22,7 +22,8 @@ from dataclasses import dataclass
 from rto_node.client import RobotinoClient, RobotinoError
 
 from rto_bringup.onboard.kept_latches import KeptLatches
-from rto_bringup.onboard.sensors import Reading, Sensors, ranges_of_sectors
+from rto_bringup.onboard.laser_beams import ranges_of_beams
+from rto_bringup.onboard.sensors import Reading, Sensors
 from telepresence.drive.datagram import Goal
 from telepresence.drive.pilots import SILENCE, Pilots, PilotVelocity
 from telepresence.drive.server import AT_REST, DrivenBase, Outcome
@@ -148,7 +149,7 @@ class RobotinoBase(DrivenBase):
         self._gate.update_ranges("infrared", reading.stamp, reading.distances)
         self._gate.update_bumper(reading.stamp, reading.bumper)
         if reading.scan is not None:
-            self._gate.update_ranges("laser", reading.stamp, ranges_of_sectors(reading.scan))
+            self._gate.update_ranges("laser", reading.stamp, ranges_of_beams(reading.scan))
         self._odometry = Odometry(*reading.pose, reading.stamp)
 
     def _ordered(self, command: PilotVelocity) -> Command:

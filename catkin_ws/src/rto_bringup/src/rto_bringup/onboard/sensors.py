@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import logging
-import math
 import threading
 import time
 from collections.abc import Callable
 from typing import NamedTuple
 
 from rto_node.client import RobotinoClient, RobotinoError, Scan
-from rto_node.robot_facts import LASER_MOUNT
 
-from telepresence.safety import SECTORS, UNKNOWN
 from telepresence.start_patience import StartPatience
 
 log = logging.getLogger(__name__)
@@ -89,25 +86,3 @@ class Sensors:
             self._last_scan = scan.seq
             scan = scan if fresh else None
         return Reading(stamp, distances, bumper, (odometry.x, odometry.y, odometry.phi), scan)
-
-
-def ranges_of_sectors(scan: Scan, mount: float = LASER_MOUNT) -> list[float]:
-    """The nearest return in each of 72 directions from the robot's middle, as the gate's laser has it.
-
-    Args:
-        scan: Range 0 is no return (a real robot's scan0).
-        mount: Of the scanner, ahead of the middle [m].
-    Returns:
-        [m], infinity-like (the scanner's reach) where a ray passed and hit nothing, `UNKNOWN` where none points.
-    """
-    found = [UNKNOWN] * SECTORS
-    for i, distance in enumerate(scan.ranges):
-        bearing = scan.angle_min + i * scan.angle_increment
-        hit = scan.range_min < distance < scan.range_max
-        reach = distance if hit else scan.range_max
-        x, y = mount + reach * math.cos(bearing), reach * math.sin(bearing)
-        sector = round(math.atan2(y, x) / math.tau * SECTORS) % SECTORS
-        away = math.hypot(x, y)
-        if found[sector] == UNKNOWN or away < found[sector]:
-            found[sector] = away
-    return found
