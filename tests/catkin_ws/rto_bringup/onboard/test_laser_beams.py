@@ -99,3 +99,46 @@ def test_each_beam_has_its_nearest_return_and_those_behind_have_none():
     assert beams[87.5] == pytest.approx(2.0, abs=0.1) == beams[-87.5]
     assert beams[177.5] == beams[-177.5] == beams[122.5] == UNKNOWN
     assert all(map(math.isfinite, beams.values()))
+
+
+def test_a_scanner_that_has_gone_blind_permits_no_more_than_the_infrared_and_erases_nothing(driven):
+    box = with_box(0.0)
+    driven.run(1.0, box, (0.0, 0.0))
+    remembered = len(driven.base._gate.obstacles())
+    assert remembered
+    blind = np.zeros(laser.COUNT)
+    driven.run(0.1, blind, (0.0, 0.0))
+    assert len(driven.base._gate.obstacles()) == remembered
+    outcome = driven.run(3.0, blind, (0.0, 0.0))
+    assert len(driven.base._gate.obstacles()) == remembered
+    assert max(outcome.allowed) <= INFRARED_SPEED + 1e-9 and outcome.allowed[0] < INFRARED_SPEED
+    outcome = driven.run(1.0, blind, (0.0, 0.5))
+    assert outcome.given[1] <= INFRARED_SPEED + 1e-9
+    assert "The laser has no valid reading" in outcome.reason
+
+
+@pytest.mark.parametrize("ranges", [0.0, 0.03, laser.RANGE_MAX], ids=["nothing", "a cap", "the end of its reach"])
+def test_a_scan_without_a_return_of_anything_is_blind(ranges):
+    assert set(ranges_of_beams(scan(np.full(laser.COUNT, ranges)))) == {UNKNOWN}
+
+
+def sector(ranges: np.ndarray) -> float:
+    """The beam at 2.5 degrees."""
+    return ranges_of_beams(scan(ranges))[int(np.abs(LASER.bearings - math.radians(2.5)).argmin())]
+
+
+def test_a_ray_without_a_return_is_free_only_between_far_ones():
+    within = np.abs(np.degrees(BEARINGS) - 2.5) < 2.6
+    near, far = np.full(laser.COUNT, 2.0), np.full(laser.COUNT, 6.0)
+    near[within] = far[within] = 0.0
+    assert sector(near) == UNKNOWN, "something black, for all that is known"
+    assert sector(far) > LASER.max_range, "a few rays that missed a far wall"
+    far[np.abs(np.degrees(BEARINGS) - 2.5) < 12.0] = 0.0
+    assert sector(far) == UNKNOWN, "too many to be chance"
+
+
+def test_one_ray_that_meets_something_near_is_believed():
+    ranges = np.zeros(laser.COUNT)
+    ranges[:100] = 6.0
+    ranges[int(np.abs(BEARINGS - math.radians(2.5)).argmin())] = 0.5
+    assert sector(ranges) == pytest.approx(0.58, abs=0.001)
