@@ -195,6 +195,16 @@ def test_missing_odometry_stops_the_robot_until_it_is_back(station):
     station.under_way()
 
 
+def test_odometry_that_a_web_server_repeats_stops_the_robot_until_it_counts_on(station):
+    station.cruise()
+    old = json.dumps([0, 0, 0, 0, 0, 0, 7]).encode()
+    station.proxy.spoil["/data/odometry"] = lambda _: old
+    station.told("fault: Odometry is")
+    station.until(lambda: station.safety["vy"] == 0.0, "zero goes out")
+    station.proxy.spoil.clear()
+    station.under_way()
+
+
 def test_a_killed_driver_is_a_standing_robot_and_its_successor_drives_on(station):
     station.cruise()
     station.driver.signal(signal.SIGKILL)

@@ -17,7 +17,7 @@ from rto_node.client import RobotinoClient
 from telepresence.drive.link import DriveLink
 from telepresence.drive.pilots import SILENCE, PilotVelocity
 from telepresence.drive.server import AT_REST
-from telepresence.safety import Latched
+from telepresence.safety import Latched, Odometry
 
 
 @pytest.fixture
@@ -251,7 +251,7 @@ def test_a_newer_command_counts_though_the_report_it_answers_was_late(monkeypatc
     monkeypatch.setattr(base, "_write", lambda _velocity: None)
 
     def step(now, velocity, stamp):
-        base._store(Reading(now, (0.4,) * 9, False, (0.0, 0.0, 0.0), None))
+        base._store(Reading(now, (0.4,) * 9, False, Odometry(0.0, 0.0, 0.0, now), None))
         return base.step(now, PilotVelocity(*velocity, stamp), None, Driving()).given[0]
 
     for number in range(30):

@@ -14,7 +14,7 @@ from rto_node.robot_facts import LASER_MOUNT, NOTHING
 
 from robotino_sim import laser
 from telepresence.drive.pilots import PilotVelocity
-from telepresence.safety import SECTORS, UNKNOWN
+from telepresence.safety import SECTORS, UNKNOWN, Odometry
 
 NOTHING_NEAR = (NOTHING,) * 9
 PERIOD = 0.05
@@ -60,7 +60,7 @@ class Driven:
         for _ in range(round(seconds / PERIOD)):
             self.now += PERIOD
             seen = scan(np.where(ranges > 0.0, ranges + 0.002 * self.noise.standard_normal(laser.COUNT), 0.0))
-            self.base._store(Reading(self.now, NOTHING_NEAR, False, (0.0, 0.0, 0.0), seen))
+            self.base._store(Reading(self.now, NOTHING_NEAR, False, Odometry(0.0, 0.0, 0.0, self.now), seen))
             outcome = self.base.step(self.now, PilotVelocity(*velocity, 0.0, self.now), None, self)
         return outcome
 

@@ -1,4 +1,4 @@
-"""The node rto_odometry_node: where the robot is, 20 times a second.
+"""The node rto_odometry_node: where the robot is, 20 times a second; silent while the robot counts no further readings.
 
 Publishes:  odom (nav_msgs/Odometry, frame odom, child base_link), /tf odom -> base_link, /diagnostics.
 Services:   reset_odometry (rto_msgs/ResetOdometry): the robot is at x, y, phi now. Robotino's REST interface has no
@@ -20,9 +20,10 @@ from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
 from telepresence_ros.node import ROBOT_PATIENCE, Node
 from tf2_msgs.msg import TFMessage
 
-from rto_node.client import Odometry, RobotinoClient
+from rto_node.client import Odometry, RobotinoClient, RobotinoError
 from rto_node.link import Link, find_address
 from rto_node.odometry_frame import OdometryFrame, Pose
+from rto_node.reading_count import ReadingCount
 
 POSITION_VARIANCE, HEADING_VARIANCE = 1e-4, 1e-3
 """Variance for a metre driven, roughly [m², rad²]; odometry drifts without bound, this only ranks it below a laser."""
@@ -39,6 +40,7 @@ class OdometryNode:
         self._odom_frame = rospy.get_param("~odom_frame_id", "odom")
         self._base_frame = rospy.get_param("~base_frame_id", "base_link")
         self._frame = OdometryFrame()
+        self._count = ReadingCount()
         self._lock = threading.Lock()  # protects the frame between the loop and the service
         self._restarts = 0
         self._odom = rospy.Publisher("odom", OdometryMessage, queue_size=1)
@@ -68,8 +70,13 @@ class OdometryNode:
         self._link.client.close()
 
     def _read(self, client: RobotinoClient) -> None:
+        asked = time.monotonic()
         reading = client.odometry()
         stamp = rospy.Time.now()
+        if not self._count.take(reading.seq, asked):
+            if old := self._count.problem(asked):
+                raise RobotinoError(f"Robotino at {client.address} {old}")
+            return
         with self._lock:
             pose = self._frame.update(reading)
         if self._frame.restarts != self._restarts:

@@ -150,7 +150,7 @@ class RobotinoBase(DrivenBase):
         self._gate.update_bumper(reading.stamp, reading.bumper)
         if reading.scan is not None:
             self._gate.update_ranges("laser", reading.stamp, ranges_of_beams(reading.scan))
-        self._odometry = Odometry(*reading.pose, reading.stamp)
+        self._odometry = reading.odometry
 
     def _ordered(self, command: PilotVelocity) -> Command:
         """Return a pilot's command with a stamp by which the gate takes it for newer than the one before it. It is: by

@@ -9,7 +9,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from rto_node.client import RobotinoClient, RobotinoError, Scan
+from rto_node.reading_count import ReadingCount
 
+from telepresence.safety import Odometry
 from telepresence.start_patience import StartPatience
 
 log = logging.getLogger(__name__)
@@ -23,12 +25,19 @@ REMINDER = 30.0
 
 
 class Reading(NamedTuple):
-    """What one cycle read; `stamp` is when it was asked for [s]. `scan` is None in cycles without a new one."""
+    """What one cycle read.
+
+    Args:
+        stamp: When it was asked for [s].
+        distances: Of the infrared sensors [m].
+        odometry: Stamped when the robot last counted a reading; None until it has counted one.
+        scan: None in cycles without a new one.
+    """
 
     stamp: float
     distances: tuple[float, ...]
     bumper: bool
-    pose: tuple[float, float, float]
+    odometry: Odometry | None
     scan: Scan | None
 
 
@@ -49,6 +58,8 @@ class Sensors:
         self._laser = laser
         self._take = take
         self._last_scan: int | None = None
+        self._count = ReadingCount()
+        self._odometry: Odometry | None = None
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="sensors", daemon=True)
 
@@ -64,7 +75,10 @@ class Sensors:
         while not self._stop.wait(max(0.0, due - time.monotonic())):
             due = max(due + PERIOD, time.monotonic())
             try:
-                self._take(self._read(cycle % SCAN_EVERY == 0))
+                reading = self._read(cycle % SCAN_EVERY == 0)
+                self._take(reading)
+                if old := self._count.problem(reading.stamp):
+                    raise RobotinoError(f"Robotino at {self._client.address} {old}")
                 if self.problem:
                     log.info("the robot's web server at %s answers", self._client.address)
                 self.problem = ""
@@ -85,4 +99,6 @@ class Sensors:
             fresh = scan.seq != self._last_scan
             self._last_scan = scan.seq
             scan = scan if fresh else None
-        return Reading(stamp, distances, bumper, (odometry.x, odometry.y, odometry.phi), scan)
+        if self._count.take(odometry.seq, stamp):
+            self._odometry = Odometry(odometry.x, odometry.y, odometry.phi, stamp)
+        return Reading(stamp, distances, bumper, self._odometry, scan)
