@@ -1,11 +1,14 @@
-"""An HTTP relay to a Robotino that spoils the answers a test names."""
+"""An HTTP relay to a Robotino that spoils, delays or refuses what a test names."""
 
 from __future__ import annotations
 
 import http.client
+import json
 import threading
+import time
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
 
 
 class CorruptingProxy:
@@ -13,10 +16,16 @@ class CorruptingProxy:
 
     Attributes:
         spoil: Path -> what becomes of the body of its answer. A function may wait: that is a robot that hangs.
+        delay: Path -> seconds that pass before the robot gets the request.
+        missing: Paths that are answered with 404.
+        put: What was written, as (when it was passed on [s, monotonic], path, value).
     """
 
     def __init__(self, target: int) -> None:
         self.spoil: dict[str, Callable[[bytes], bytes]] = {}
+        self.delay: dict[str, float] = {}
+        self.missing: set[str] = set()
+        self.put: list[tuple[float, str, Any]] = []
         proxy = self
 
         class Handler(BaseHTTPRequestHandler):
@@ -32,16 +41,25 @@ class CorruptingProxy:
                 super().finish()
 
             def relay(self) -> None:
-                length = int(self.headers.get("Content-Length") or 0)
+                path = self.path.partition("?")[0]
+                asked = self.rfile.read(int(self.headers.get("Content-Length") or 0))
+                if path in proxy.missing:
+                    self.send_response(404)
+                    self.send_header("Content-Length", "0")
+                    self.end_headers()
+                    return
+                time.sleep(proxy.delay.get(path, 0.0))
+                if self.command == "PUT":
+                    proxy.put.append((time.monotonic(), path, json.loads(asked)))
                 kind = {"Content-Type": self.headers.get("Content-Type") or "application/json"}
                 try:
-                    self.robot.request(self.command, self.path, self.rfile.read(length), kind)
+                    self.robot.request(self.command, self.path, asked, kind)
                     answer = self.robot.getresponse()
                     body = answer.read()
                 except OSError:
                     self.close_connection = True
                     return
-                spoil = proxy.spoil.get(self.path.partition("?")[0])
+                spoil = proxy.spoil.get(path)
                 body = spoil(body) if spoil else body
                 self.send_response(answer.status)
                 self.send_header("Content-Type", answer.headers.get("Content-Type", "application/json"))

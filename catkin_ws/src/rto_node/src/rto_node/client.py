@@ -196,8 +196,9 @@ class RobotinoClient:
         require_finite("velocity", (vx, vy, wz))
         self._put("omnidrive", [vx, vy, wz])
 
-    def set_digital_outputs(self, values: Sequence[bool]) -> None:
-        self._put("digitaloutputarray", [bool(value) for value in values])
+    def set_digital_outputs(self, values: Sequence[bool], timeout: float = 0.0) -> None:
+        """Set the eight outputs within `timeout` seconds instead of the client's own, unless it is 0."""
+        self._put("digitaloutputarray", [bool(value) for value in values], timeout)
 
     def set_relays(self, values: Sequence[bool]) -> None:
         self._put("relayarray", [bool(value) for value in values])
@@ -226,8 +227,8 @@ class RobotinoClient:
         except (ValueError, RecursionError) as error:  # also a number of 5000 digits; brackets within brackets
             raise self._refused(f"{name} is not JSON: {error}") from None
 
-    def _put(self, name: str, value: Any) -> None:
-        status, body = self._ask("PUT", f"/data/{name}", json.dumps(value).encode())
+    def _put(self, name: str, value: Any, time_allowed: float = 0.0) -> None:
+        status, body = self._ask("PUT", f"/data/{name}", json.dumps(value).encode(), time_allowed)
         if status != 200:
             raise RequestRefused(f"Robotino at {self.address} refused {name}: {status}: {_start(body)}")
 

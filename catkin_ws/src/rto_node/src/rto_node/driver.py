@@ -2,7 +2,8 @@
 
 Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.5 s), but not while
             drive/hold (std_msgs/String, of drive_lease) says why nobody may drive,
-            set_digital_values (rto_msgs/DigitalReadings): the eight digital outputs.
+            set_digital_values (rto_msgs/DigitalReadings): the eight digital outputs; what the robot does not take
+            within 0.5 s is dropped.
 Publishes:  20 Hz: distance_sensors (sensor_msgs/PointCloud: the guide's points, 0.2 m + reading around the middle, in
             base_link; channel "range" holds the readings [m]), distance_sensors_scan (sensor_msgs/LaserScan: true
             geometry, from the middle, infinity where nothing is), bumper (std_msgs/Bool), joint_states (the wheels);
@@ -33,9 +34,9 @@ from telepresence_ros.sender_watch import subscribe_velocities
 
 from rto_node import robot_facts
 from rto_node.client import Odometry, Power, RobotinoClient
+from rto_node.command_sender import CommandSender
 from rto_node.command_watchdog import CommandWatchdog, SpeedLimits
 from rto_node.link import Link, find_address
-from telepresence.geometry import Velocity
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
 from telepresence.station import heartbeat
@@ -62,8 +63,8 @@ class Driver:
         address = find_address()
         self._watchdog = CommandWatchdog(_read_limits())
         self._commands, self._sensors = Link(address), Link(address)
+        self._sender = CommandSender(self._commands, self._watchdog)
         self._rate = float(rospy.get_param("~rate", 20.0))
-        self._outputs: tuple[bool, ...] | None = None
         self._wheels = [0.0, 0.0, 0.0]
         self._wheels_at: float | None = None
         self._state, self._state_due = "", 0.0
@@ -114,7 +115,7 @@ class Driver:
         if len(message.values) != OUTPUTS:
             rospy.logerr("set_digital_values holds %d values, the robot has %d outputs", len(message.values), OUTPUTS)
             return
-        self._outputs = tuple(message.values)
+        self._sender.set_outputs(tuple(message.values))
         self._wake.set()
 
     def _drive(self) -> None:
@@ -126,24 +127,13 @@ class Driver:
                 break
             self._wake.clear()
             sent_at = time.monotonic()
-            self._send_outputs()
-            command = self._watchdog.decide(sent_at, self._node.master.alive)
-            reached = True
-            if command.velocity is not None:
-                velocity = command.velocity
-                reached = self._commands.ask(partial(_send_velocity, velocity))
-            problem = self._sensors.problem if reached else self._commands.problem
-            reason = command.reason if self._drives else DRIVEN_ELSEWHERE
+            sent = self._sender.send(self._node.master.alive)
+            problem = self._sensors.problem if sent.reached else self._commands.problem
+            reason = sent.reason if self._drives else DRIVEN_ELSEWHERE
             self._report(sent_at, f"{UNREACHABLE}: {problem}" if problem else reason)
         if self._drives:
             self._commands.ask(lambda client: client.drive(0.0, 0.0, 0.0))
         self._commands.client.close()
-
-    def _send_outputs(self) -> None:
-        outputs = self._outputs
-        if outputs is not None and self._commands.ask(lambda client: client.set_digital_outputs(outputs)):
-            if self._outputs is outputs:
-                self._outputs = None
 
     def _report(self, now: float, state: str) -> None:
         state = clean(state)
@@ -250,10 +240,6 @@ def sensor_diagnosis(problem: str, battery: str, rate: float, wanted: float) -> 
 def main() -> int:
     """Run the node; the exit code."""
     return Driver().run()
-
-
-def _send_velocity(velocity: Velocity, client: RobotinoClient) -> None:
-    client.drive(*velocity)
 
 
 def _read_limits() -> SpeedLimits:
