@@ -13,7 +13,7 @@ from .messages import Command, Decision, Odometry, State
 from .robot_profile import RobotProfile
 from .scan import Scan, scan_of_points, scan_of_ranges
 from .tick_state import TickState
-from .timeouts import AHEAD_OF_TIME, CommandTimeout, Health, SourceTimeout
+from .timeouts import AHEAD_OF_TIME, BumperTimeout, CommandTimeout, Health, SourceTimeout
 from .velocity_shaper import VelocityShaper
 
 ODOMETRY_MAX_AGE = 0.5
@@ -32,16 +32,19 @@ class VelocityGate:
     Args:
         profile: The robot.
         careful: Initial value of the attribute `careful`.
+        bumper: The robot's bumper says again and again whether it is pressed, so its silence is a fault, as that of a
+            range source is. False for a robot without one, or with one that says only what changes.
     Attributes:
         careful: Swing the body while driving so that beams with gaps between them see everything. The camera's picture
             sways with it, so the pilot decides. Without effect on a robot whose profile has no swing.
     """
 
-    def __init__(self, profile: RobotProfile, *, careful: bool = False) -> None:
+    def __init__(self, profile: RobotProfile, *, careful: bool = False, bumper: bool = False) -> None:
         self.profile = profile
         self.careful = careful
         self._command_timeout = CommandTimeout(profile.limits)
         self._source_timeouts = {source.name: SourceTimeout(source, profile.limits) for source in profile.sources}
+        self._bumper_timeout = BumperTimeout(profile.limits.sensor_timeout if bumper else None)
         self._known_obstacles = KnownObstacles(profile)
         self._shaper = VelocityShaper(profile)
         self._stop_latch = StopLatch()
@@ -82,6 +85,7 @@ class VelocityGate:
             bearing: Where, in base_link [rad]; None if the bumper does not report it.
         """
         self._precomputed = None
+        self._bumper_timeout.accept(now)
         if not pressed:
             self._bumper_latch.release()
             return
@@ -169,6 +173,8 @@ class VelocityGate:
             return self._shaper.halt(State.STOPPED, self._stop_latch.message, age, tick)
         if not tick.usable:
             return self._shaper.halt(State.SENSOR_STALE, tick.complaint, age, tick)
+        if silence := self._bumper_timeout.complaint(now):
+            return self._shaper.halt(State.SENSOR_STALE, silence, age, tick)
         if current is None:
             return self._shaper.halt(State.NO_COMMAND, self._command_timeout.problem, age, tick)
         return self._shaper.shape(now, dt, current, age, odometry.theta, tick, self.careful)
@@ -197,6 +203,7 @@ class VelocityGate:
             self._command_timeout.forget()
             for timeout in self._source_timeouts.values():
                 timeout.forget()
+            self._bumper_timeout.forget()
             self._known_obstacles.poses.clear()
             self._precomputed = None
             self._interruption = f"The clock went back by {-dt:.2f} s."

@@ -64,6 +64,33 @@ class CommandTimeout:
         return now - self._newest
 
 
+class BumperTimeout:
+    """Judges by its age whether the bumper is heard.
+
+    Args:
+        timeout: Silence for longer than this is a fault [s]; None for a bumper that nobody has to hear.
+    """
+
+    def __init__(self, timeout: float | None) -> None:
+        self._timeout = timeout
+        self.forget()
+
+    def forget(self) -> None:
+        """Start again, as if the bumper had said nothing yet."""
+        self._newest = -math.inf
+
+    def accept(self, now: float) -> None:
+        self._newest = now
+
+    def complaint(self, now: float) -> str:
+        """Return what is wrong, as a sentence; empty if nothing is."""
+        if self._timeout is None or now - self._newest <= self._timeout:
+            return ""
+        if self._newest == -math.inf:
+            return f"The bumper {Health.NEVER.value}."
+        return f"The bumper {Health.SILENT.value} for {now - self._newest:.1f} s."
+
+
 class Health(Enum):
     """State of a range source; the value completes a sentence for the pilot, "The infrared ..."."""
 

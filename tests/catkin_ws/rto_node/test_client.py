@@ -245,11 +245,24 @@ def test_nonsense_is_refused(bad_server, body):
 
 @pytest.mark.parametrize(
     "body",
-    [b'{"value":false,"value":true}', b'{"value":"false"}', b'{"value":0}', b"[false]"],
+    [
+        b'{"value":false,"value":true}',
+        b'{"value":"false"}',
+        b'{"value":2}',
+        b'{"value":0.0}',
+        b'{"value":null}',
+        b"[false]",
+    ],
 )
 def test_a_bumper_is_neither_pressed_nor_free_by_an_ambiguous_answer(bad_server, body):
     with pytest.raises(RequestRefused):
         RobotinoClient(bad_server(http_answer(body)).address).bumper()
+
+
+@pytest.mark.parametrize(("value", "pressed"), [("0", False), ("1", True), ("false", False), ("true", True)])
+def test_a_bumper_is_a_truth_or_a_bit(bad_server, value, pressed):
+    client = RobotinoClient(bad_server(http_answer(f'{{"value":{value}}}'.encode())).address)
+    assert client.bumper() is pressed
 
 
 @pytest.mark.parametrize(

@@ -72,6 +72,7 @@ class Station(GatedStation):
     def start_afresh(self) -> None:
         self.pilot.silence()
         self.proxy.spoil.clear()
+        self.proxy.missing.clear()
         self.let_go()
 
     def cruise(self) -> None:
@@ -166,6 +167,17 @@ def test_broken_distance_sensors_stop_the_robot_until_they_are_mended(station, a
     assert station.time_to_stand(broken) < STOP_WITHIN + (1.5 if "repeats" in complaint else 0.5)
     station.told(complaint)
     station.proxy.spoil.clear()
+    station.under_way()
+
+
+def test_a_silent_bumper_stops_the_robot_until_it_is_back(station):
+    station.cruise()
+    station.proxy.missing.add("/data/bumper")
+    silent = time.time()
+    assert station.time_to_stand(silent) < STOP_WITHIN + 0.5
+    station.told("sensor stale: The bumper is silent for")
+    station.proxy.missing.clear()
+    station.proxy.spoil["/data/bumper"] = lambda _: b'{"value": 0}'
     station.under_way()
 
 

@@ -94,6 +94,7 @@ class Driven:
         self.now = 0.0
         self.x = 0.0
         self.ranges = list(ranges)
+        self.bumper = True
         self.answer = None
 
     def run(self, seconds, command=None):
@@ -102,6 +103,8 @@ class Driven:
             ahead = self.ranges[0] if self.ranges[0] >= FREE[0] else max(0.04, self.ranges[0] - self.x)
             self.gate.receive_ranges([ahead, *self.ranges[1:]], self.now)
             self.gate.receive_odometry(self.x, 0.0, 0.0, self.now)
+            if self.bumper:
+                self.gate.receive_bumper(False, self.now)
             if command is not None:
                 self.gate.receive_command(*command, self.now)
             self.answer = self.gate.tick(self.now)
@@ -141,6 +144,7 @@ def test_gate_stops_without_readings():
     for _ in range(20):
         driven.now += 0.05
         driven.gate.receive_odometry(driven.x, 0.0, 0.0, driven.now)
+        driven.gate.receive_bumper(False, driven.now)
         driven.gate.receive_command(0.2, 0.0, 0.0, driven.now)
         answer = driven.gate.tick(driven.now)
     assert answer.velocity == (0.0, 0.0, 0.0) and answer.state == "sensor stale"
@@ -154,6 +158,29 @@ def test_gate_stops_at_once_when_the_program_with_the_odometry_has_ended_and_dri
     assert answer.velocity == (0.0, 0.0, 0.0) and answer.state == "fault"
     driven.run(1.0, (0.2, 0.0, 0.0))
     assert driven.answer.velocity[0] > 0.1
+
+
+def test_gate_stops_without_the_bumper_and_drives_when_it_is_back():
+    driven = Driven()
+    driven.run(1.0, (0.2, 0.0, 0.0))
+    driven.bumper = False
+    driven.run(0.4, (0.2, 0.0, 0.0))
+    assert driven.answer.velocity[0] > 0.1
+    driven.run(0.2, (0.2, 0.0, 0.0))
+    assert driven.answer.velocity == (0.0, 0.0, 0.0) and driven.answer.state == "sensor stale"
+    assert driven.answer.reason.startswith("The bumper is silent for 0.")
+    driven.bumper = True
+    driven.run(1.0, (0.2, 0.0, 0.0))
+    assert driven.answer.velocity[0] > 0.1
+
+
+@pytest.mark.parametrize(("has_bumper", "drives"), [(True, False), (False, True)])
+def test_gate_that_was_never_given_a_bumper_drives_only_a_robot_that_has_none(has_bumper, drives):
+    driven = Driven()
+    driven.gate, driven.bumper = RobotGate(has_bumper), False
+    driven.run(2.0, (0.2, 0.0, 0.0))
+    assert (driven.answer.velocity[0] > 0.1) == drives
+    assert ("The bumper has sent nothing yet." in driven.answer.reason) != drives
 
 
 def test_gate_stops_on_the_bumper():

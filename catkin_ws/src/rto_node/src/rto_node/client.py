@@ -265,9 +265,10 @@ class RobotinoClient:
         return tuple(self._flag(value, name) for value in self._array(name, count))
 
     def _flag(self, value: Any, name: str) -> bool:
-        if not isinstance(value, bool):
+        # Whatever a web server writes its truth with: 0 and 1 are as clear. A float, a text or null are not.
+        if not isinstance(value, bool | int) or value not in (0, 1):
             raise self._refused(f"{name} holds {_start(value)} for true or false")
-        return value
+        return bool(value)
 
     def _ask(
         self, method: str, path: str, body: bytes | None = None, time_allowed: float = 0.0, limit: int = MAX_DATA

@@ -67,10 +67,14 @@ class Gate(Protocol):
 
 
 class RobotGate:
-    """The project's gate with its profile of Robotino."""
+    """The project's gate with its profile of Robotino.
 
-    def __init__(self) -> None:
-        self.gate = VelocityGate(PROFILE)
+    Args:
+        bumper: The robot has one, and its silence stops the robot.
+    """
+
+    def __init__(self, bumper: bool = True) -> None:
+        self.gate = VelocityGate(PROFILE, bumper=bumper)
         self._command: Command | None = None
         self._odometry: Odometry | None = None
 

@@ -6,6 +6,7 @@ Publishes:  cmd_vel (geometry_msgs/Twist), /diagnostics, and what `telepresence_
             safety_state, safety_markers.
 Services:   stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger). Not for the bubble.
 Parameters: ~layer ("gate", or "bubble": the guide's filter exactly, to be compared with), ~base_frame_id (base_link).
+            For the gate: ~bumper (true): the robot has one, and does not drive while it is silent.
             For the bubble: ~safety_radius (0.4) [m], ~max_linear_vel (0.2), ~min_linear_vel (0.05), ~max_angular_vel
             (1.0), ~min_angular_vel (0.1).
 The careful scan, with its topic, service and parameters: `telepresence_ros.careful_switch`. Not for the bubble.
@@ -174,7 +175,7 @@ def _choose_gate() -> Gate:
     """Raises SystemExit for an unknown gate or limits that make no sense."""
     name = str(rospy.get_param("~layer", LAYERS[0]))
     if name == "gate":
-        return RobotGate()
+        return RobotGate(bool(rospy.get_param("~bumper", True)))
     if name != "bubble":
         raise SystemExit(f"{rospy.get_name()}: layer:={name}: choose {' or '.join(LAYERS)}")
     rospy.logwarn("the guide's bubble drives this robot: it has no memory and no watchdog")
