@@ -15,6 +15,7 @@ from corrupting_proxy import CorruptingProxy
 from gated_station import STOP_WITHIN, GatedStation
 from guide_lines import GuideLine, tables, typed
 
+from telepresence.station.fault_sentences import UNREACHABLE
 from telepresence.teleop.stale_command_filter import SILENCE
 
 pytestmark = [pytest.mark.ros]
@@ -179,6 +180,26 @@ def test_a_silent_bumper_stops_the_robot_until_it_is_back(station):
     station.proxy.missing.clear()
     station.proxy.spoil["/data/bumper"] = lambda _: b'{"value": 0}'
     station.under_way()
+
+
+def test_a_robot_that_lacks_something_answers_all_else_and_counts_as_there(station):
+    station.pilot.watch("/rto3/battery", "sensor_msgs/BatteryState", ["voltage"])
+    station.pilot.watch("/rto3/digital_readings", "rto_msgs/DigitalReadings", ["values"])
+    station.proxy.missing.update({"/data/digitaloutputstatus", "/data/analoginputarray"})
+    station.pilot.forget("/rto3/drive_state")
+    for topic in ("/rto3/battery", "/rto3/battery", "/rto3/digital_readings"):
+        station.pilot.latest(topic)
+    station.cruise()
+    states = {state for _, (state,) in station.pilot.seen("/rto3/drive_state")}
+    assert "driving" in states
+    assert not any(state.startswith(UNREACHABLE) for state in states), states
+
+
+def test_a_robot_that_refuses_velocities_is_not_called_unreachable(station):
+    station.proxy.missing.add("/data/omnidrive")
+    station.pilot.drive(0.0, 0.1, 0.0)
+    station.until(lambda: "refused omnidrive: 404" in station.drive_state, "the driver says what is wrong")
+    assert station.drive_state.startswith("stopped")
 
 
 def test_a_robot_that_hangs_stands_and_goes_on(station):

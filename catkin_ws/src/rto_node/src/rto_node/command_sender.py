@@ -16,6 +16,8 @@ OUTPUTS_TIMEOUT = 0.5
 """Seconds for which digital outputs are tried to be set, as long as a velocity counts: they move grippers and valves,
 which must not happen minutes later, when a robot that was switched off is back."""
 
+VELOCITY = "velocity"
+
 
 class Sent(NamedTuple):
     """`reason` is what was decided, for people; `reached`: the robot took the velocity, or none was due."""
@@ -48,8 +50,9 @@ class CommandSender:
         command = self._watchdog.decide(self._clock(), master_alive)
         reached = True
         if (velocity := command.velocity) is not None:
-            reached = self._link.ask(lambda client: client.drive(*velocity))
-        return Sent(command.reason, reached)
+            reached = self._link.ask(lambda client: client.drive(*velocity), VELOCITY)
+        refusal = self._link.refusal(VELOCITY) if not reached and not self._link.lost else ""
+        return Sent(f"stopped: {refusal}" if refusal else command.reason, reached)
 
     def _send_outputs(self) -> None:
         waiting = self._outputs
@@ -61,7 +64,7 @@ class CommandSender:
         def set_them(client: RobotinoClient) -> None:
             client.set_digital_outputs(values, left)
 
-        done = left > 0.0 and self._link.ask(set_them)
+        done = left > 0.0 and self._link.ask(set_them, "digital outputs")
         late = not done and self._clock() >= deadline
         if late:
             rospy.logwarn("the digital outputs were not set within %g s and are dropped", OUTPUTS_TIMEOUT)

@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from functools import partial
+from collections.abc import Callable
 
 import rospy
 from geometry_msgs.msg import Point32, Twist
@@ -49,7 +49,9 @@ SHORTEST_SEND_PERIOD = 0.02
 STATE_PERIOD = 0.5
 """Seconds after which an unchanged state is repeated, so that readers notice a dead driver."""
 INPUTS_EVERY, POWER_EVERY = 5, 20
-"""Cycles of the sensors per reading of inputs, and of power."""
+"""Cycles of the sensors per reading of inputs, and of power. They have cycles of their own, so that one that the robot
+does not answer in time costs no other its turn."""
+DISTANCES = "distances"
 OUTPUTS = 8
 DRIVEN_ELSEWHERE = "driven on the robot"
 
@@ -72,6 +74,16 @@ class Driver:
         self._log = ChangeLog()
         self._drive_diagnostics = Diagnostics("drive", address)
         self._sensor_diagnostics = Diagnostics("sensors", address)
+        self._questions: tuple[tuple[str, int, int, Callable[[RobotinoClient], None]], ...] = (
+            # name, every so many cycles, in which of them
+            (DISTANCES, 1, 0, lambda client: self._publish_distances(client.distances())),
+            ("bumper", 1, 0, lambda client: self._publishers["bumper"].publish(client.bumper())),
+            ("odometry", 1, 0, lambda client: self._publish_wheels(client.odometry())),
+            ("analog inputs", INPUTS_EVERY, 0, self._read_analog_inputs),
+            ("digital inputs", INPUTS_EVERY, 1, self._read_digital_inputs),
+            ("digital outputs", INPUTS_EVERY, 2, self._read_digital_outputs),
+            ("power", POWER_EVERY, 3, lambda client: self._publish_power(client.power())),
+        )
         self._publishers = {
             name: rospy.Publisher(name, kind, queue_size=1, latch=name == "drive_state")
             for name, kind in (
@@ -128,9 +140,9 @@ class Driver:
             self._wake.clear()
             sent_at = time.monotonic()
             sent = self._sender.send(self._node.master.alive)
-            problem = self._sensors.problem if sent.reached else self._commands.problem
+            lost = self._sensors.lost if sent.reached else self._commands.lost
             reason = sent.reason if self._drives else DRIVEN_ELSEWHERE
-            self._report(sent_at, f"{UNREACHABLE}: {problem}" if problem else reason)
+            self._report(sent_at, f"{UNREACHABLE}: {lost}" if lost else reason)
         if self._drives:
             self._commands.ask(lambda client: client.drive(0.0, 0.0, 0.0))
         self._commands.client.close()
@@ -149,24 +161,35 @@ class Driver:
     def _poll(self) -> None:
         read, counted_at = 0, time.monotonic()
         for cycle, now in enumerate(self._node.cycles(1.0 / self._rate, ROBOT_PATIENCE)):
-            read += self._sensors.ask(partial(self._read, cycle))
+            read += self._read(cycle)
             rate = read / max(1e-3, now - counted_at)
-            diagnosis = sensor_diagnosis(self._sensors.problem, self._battery_low, rate, self._rate)
+            complaint = self._sensors.problem or self._battery_low
+            diagnosis = sensor_diagnosis(self._sensors.lost, complaint, rate, self._rate)
             if self._sensor_diagnostics.report(now, *diagnosis):
                 read, counted_at = 0, now
         self._sensors.client.close()
 
-    def _read(self, cycle: int, client: RobotinoClient) -> None:
-        self._publish_distances(client.distances())
-        self._publishers["bumper"].publish(client.bumper())
-        self._publish_wheels(client.odometry())
-        if cycle % INPUTS_EVERY == 0:
-            stamp = rospy.Time.now()
-            self._publishers["analog_readings"].publish(AnalogReadings(stamp, client.analog_inputs()))
-            self._publishers["digital_readings"].publish(DigitalReadings(stamp, client.digital_inputs()))
-            self._publishers["digital_outputs"].publish(DigitalReadings(stamp, client.digital_outputs()))
-        if cycle % POWER_EVERY == 0:
-            self._publish_power(client.power())
+    def _read(self, cycle: int) -> bool:
+        """Ask what is due, each on its own: a robot that lacks one answers the others. Return whether there were
+        distances."""
+        read = False
+        for name, every, turn, question in self._questions:
+            if cycle % every != turn:
+                continue
+            answered = self._sensors.ask(question, name)
+            read = read or (answered and name == DISTANCES)
+            if self._sensors.lost:  # each further question would take as long
+                break
+        return read
+
+    def _read_analog_inputs(self, client: RobotinoClient) -> None:
+        self._publishers["analog_readings"].publish(AnalogReadings(rospy.Time.now(), client.analog_inputs()))
+
+    def _read_digital_inputs(self, client: RobotinoClient) -> None:
+        self._publishers["digital_readings"].publish(DigitalReadings(rospy.Time.now(), client.digital_inputs()))
+
+    def _read_digital_outputs(self, client: RobotinoClient) -> None:
+        self._publishers["digital_outputs"].publish(DigitalReadings(rospy.Time.now(), client.digital_outputs()))
 
     def _publish_distances(self, distances: tuple[float, ...]) -> None:
         stamp = rospy.Time.now()
@@ -229,12 +252,16 @@ def battery_message(power: Power) -> BatteryState:
     return battery
 
 
-def sensor_diagnosis(problem: str, battery: str, rate: float, wanted: float) -> tuple[int, str]:
-    """Return level and text for /diagnostics: what is wrong with the link, or with the battery, else how many readings
-    a second there are of those that are wanted."""
-    if problem:
-        return ERROR, problem
-    return OK if rate > 0.7 * wanted and not battery else WARN, battery or f"{rate:.1f} readings/s"
+def sensor_diagnosis(lost: bool, complaint: str, rate: float, wanted: float) -> tuple[int, str]:
+    """Return level and text for /diagnostics.
+
+    Args:
+        lost: The robot does not answer.
+        complaint: What is wrong with a sensor, the link or the battery; empty for nothing.
+        rate, wanted: How many readings a second there are, and should be.
+    """
+    well = rate > 0.7 * wanted and not complaint
+    return ERROR if lost else OK if well else WARN, complaint or f"{rate:.1f} readings/s"
 
 
 def main() -> int:

@@ -22,41 +22,66 @@ REMINDER_PERIOD = 30.0
 
 
 class Link:
-    """A client for one thread that says when the robot is lost and found: at most one line a second."""
+    """A client for one thread that says when the robot is lost and found, and what it refuses: at most one line a
+    second."""
 
     def __init__(self, address: str) -> None:
         self.client = RobotinoClient(address)
-        self.problem = ""
-        """Why the robot does not answer; empty while it does."""
+        self.lost = ""
+        """Why the robot does not answer at all; empty while it does, whatever it says. For other threads too."""
+        self._refusals: dict[str, str] = {}
         self._log = ChangeLog(self._answers)
         self._reminder = 0.0
         self._patience = StartPatience()
 
     @property
+    def problem(self) -> str:
+        """Why the robot does not answer, or what it refuses; empty while it does what it is asked."""
+        if self.lost or not self._refusals:
+            return self.lost
+        (_, first), *others = self._refusals.items()
+        return first + (f"; nor can it be asked for {', '.join(name for name, _ in others)}" if others else "")
+
+    @property
     def _answers(self) -> str:
         return f"Robotino at {self.client.address} answers"
 
-    def ask(self, question: Callable[[RobotinoClient], object]) -> bool:
-        """Do something with the client; False if the robot was not there or refused."""
+    def refusal(self, name: str) -> str:
+        """Why the robot refused the last question of this name; empty if it did not."""
+        return self._refusals.get(name, "")
+
+    def ask(self, question: Callable[[RobotinoClient], object], name: str = "") -> bool:
+        """Do something with the client; False if the robot was not there or refused.
+
+        Args:
+            name: Of a question that may be refused while the robot answers others.
+        """
         now = time.monotonic()
         try:
             question(self.client)
+        except RobotinoUnreachable as error:
+            self.lost = str(error)
+            if self._patience.over:
+                self._complain(now, f"{error}; trying again", rospy.logerr)
+            return False
         except RobotinoError as error:
-            lost = isinstance(error, RobotinoUnreachable)
-            self.problem = str(error)
-            if lost and not self._patience.over:
-                return False
-            if now >= self._reminder:
-                self._log.repeat()
-            if self._log.note(
-                now, f"{error}; trying again" if lost else self.problem, rospy.logerr if lost else rospy.logwarn
-            ):
-                self._reminder = now + REMINDER_PERIOD
+            self._patience.works()
+            self.lost = ""
+            self._refusals[name] = str(error)
+            self._complain(now, self.problem, rospy.logwarn)
             return False
         self._patience.works()
-        self._log.note(now, self._answers, rospy.loginfo)
-        self.problem = ""
+        self.lost = ""
+        self._refusals.pop(name, None)
+        if not self._refusals:
+            self._log.note(now, self._answers, rospy.loginfo)
         return True
+
+    def _complain(self, now: float, text: str, write: Callable[[str, str], None]) -> None:
+        if now >= self._reminder:
+            self._log.repeat()
+        if self._log.note(now, text, write):
+            self._reminder = now + REMINDER_PERIOD
 
 
 def find_address() -> str:
