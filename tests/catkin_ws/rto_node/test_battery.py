@@ -24,7 +24,7 @@ def test_a_low_battery_is_low_in_the_window_and_not_broken_in_ros(kind):
 
 
 def test_diagnostics_say_that_the_battery_is_low():
-    assert sensor_diagnosis("", "battery low: 19.5 V", 20.0, 20.0) == (DiagnosticStatus.WARN, "battery low: 19.5 V")
-    assert sensor_diagnosis("", "", 20.0, 20.0) == (DiagnosticStatus.OK, "20.0 readings/s")
-    assert sensor_diagnosis("", "", 10.0, 20.0)[0] == DiagnosticStatus.WARN
-    assert sensor_diagnosis("no answer", "battery low: 19.5 V", 0.0, 20.0) == (DiagnosticStatus.ERROR, "no answer")
+    assert sensor_diagnosis(False, "battery low: 19.5 V", 20.0, 20.0) == (DiagnosticStatus.WARN, "battery low: 19.5 V")
+    assert sensor_diagnosis(False, "", 20.0, 20.0) == (DiagnosticStatus.OK, "20.0 readings/s")
+    assert sensor_diagnosis(False, "", 10.0, 20.0)[0] == DiagnosticStatus.WARN
+    assert sensor_diagnosis(True, "no answer", 0.0, 20.0) == (DiagnosticStatus.ERROR, "no answer")

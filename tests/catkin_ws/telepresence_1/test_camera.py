@@ -84,6 +84,46 @@ def test_a_picture_from_elsewhere_is_shown_in_place_of_the_source_s(monkeypatch:
         assert eventually(lambda: camera.image.peek().stamp > 3.0)
 
 
+def test_the_source_is_open_only_while_it_is_wanted(monkeypatch: pytest.MonkeyPatch, jpeg) -> None:
+    opened, closed = [], []
+
+    class Green:
+        """Its picture comes late, when nobody may want it any more."""
+
+        def __init__(self, *_: object) -> None:
+            opened.append(self)
+
+        def read(self) -> np.ndarray:
+            time.sleep(0.05)
+            return np.full((480, 640, 3), (0, 200, 0), np.uint8)
+
+        def close(self) -> None:
+            closed.append(self)
+
+    monkeypatch.setattr(camera_module, "open_source", Green)
+    monkeypatch.setattr("telepresence_1.camera.NOTICE_PERIOD", 0.05)
+    monkeypatch.setattr("telepresence_1.camera.ELSEWHERE_LIFE", 0.3)
+    with Camera("0", wanted=False) as camera:
+        for number in (1, 2):
+            assert eventually(lambda: camera.image.peek() is not None)
+            first = camera.image.peek().sequence
+            assert eventually(lambda first=first: camera.image.peek().sequence > first + 2), "its notice is a stream"
+            assert len(opened) == len(closed) == number - 1 and camera.status.text == "Camera off"
+            camera.film(True)
+            assert eventually(lambda: shows(camera, (0, 200, 0))) and camera.status.state is State.LIVE
+            seen: list[tuple[int, ...]] = []
+            listener = lambda: seen.append(tuple(decoded(camera).mean(axis=(0, 1))))  # noqa: B023, E731
+            camera.film(False)
+            camera.image.add_listener(listener)
+            assert eventually(lambda seen=seen: len(closed) == len(opened) and len(seen) > 3)
+            camera.image.remove_listener(listener)
+            assert not any(abs(np.array(one) - (0, 200, 0)).max() < 12 for one in seen)
+        camera.show(jpeg((200, 0, 0)), 1.0)
+        assert shows(camera, (0, 0, 200)) and camera.status.source == "elsewhere"
+        assert eventually(lambda: camera.status.text == "Camera off" and not shows(camera, (0, 0, 200)))
+    assert len(opened) == len(closed) == 2
+
+
 def test_a_still_picture_is_a_source(tmp_path, caplog: pytest.LogCaptureFixture) -> None:
     path = str(tmp_path / "still.png")
     cv2.imwrite(path, np.full((1000, 2000, 3), (0, 200, 0), np.uint8))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import json
 import re
 import signal
 import sys
+import threading
 import time
+import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -120,7 +123,9 @@ def test_com_cam_brings_the_pilot_to_the_tablet(
     assert tablet.visible and life.focus == "robotvideo/behaviour", "com_cam goes on showing its page"
     switch = graph.run("rosservice", "call", "/com_cam/show_on_tablet", "data: false")
     assert switch.process.wait(30) == 0 and "success: True" in switch.output
-    wait_until(lambda: probe.latest("/com_cam/status")[1] == "Live; not on the tablet: switched off", "switched off")
+    off = "Camera off; not on the tablet: switched off"
+    wait_until(lambda: probe.latest("/com_cam/status")[1] == off, "switched off")
+    assert probe.latest("/com_cam/status")[0] in (0, [0]), "that is as it was wanted"
     wait_until(lambda: colour(tablet) == (0, 0, 0) and life.focus == "", "the tablet is dark")
     node.kill()
     node = graph.run(program(graph, "com_cam.py"), *arguments)
@@ -147,6 +152,57 @@ def test_a_com_cam_that_died_with_a_face_from_elsewhere_takes_the_page_away(
     seen = []
     wait_until(lambda: seen.append(colour(tablet)) or not tablet.visible, "the page is taken away")
     assert not any(close_to(one, ORANGE) for one in seen), "nobody has asked for this machine's camera"
+
+
+class Viewer:
+    """Somebody who keeps the page's stream open, as a hidden web view does."""
+
+    def __init__(self, url: str) -> None:
+        self.pictures: list[tuple[float, tuple[int, ...]]] = []
+        """When each was taken [s since 1970], and its colour in the middle."""
+        self._response = urllib.request.urlopen(f"{url}/video_feed?k={KEY}", timeout=30)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        with contextlib.suppress(OSError, http.client.HTTPException, AttributeError), self._response:
+            while line := self._response.readline():
+                if line.startswith(b"Content-Length"):
+                    size = int(line.split()[1])
+                    stamp = float(self._response.readline().split()[1])
+                    self._response.readline()
+                    picture = cv2.imdecode(np.frombuffer(self._response.read(size), np.uint8), cv2.IMREAD_COLOR)
+                    self.pictures.append((stamp, tuple(int(v) for v in picture[240, 20, ::-1])))
+
+    def orange(self, since: float) -> list[bool]:
+        return [close_to(colour, ORANGE) for stamp, colour in list(self.pictures) if stamp > since]
+
+
+def test_com_cam_films_only_while_its_page_is_wanted(
+    graph, naoqi, tablet: Tablet, open_page, jpeg, wait_until: Callable
+) -> None:
+    camera = open_page()  # a network camera that knows whether it films for anybody
+    camera.image.put(jpeg(ORANGE))
+    words = (f"_source:={camera.server.url}video_feed", f"_nao_port:={naoqi.port}", "_port:=0")
+    node = graph.run(program(graph, "com_cam.py"), *words, "_show_on_tablet:=false")
+    viewer = Viewer(node.wait_for(r"the page is at (http://127\.0\.0\.1:\d+)/")[1])
+
+    def switch(on: bool) -> float:
+        done = graph.run("rosservice", "call", "/com_cam/show_on_tablet", f"data: {str(on).lower()}")
+        assert done.process.wait(30) == 0 and "success: True" in done.output
+        return time.time()
+
+    wait_until(lambda: len(viewer.pictures) > 5, "the page goes on with a notice")
+    assert camera.stream.viewers == 0 and not any(viewer.orange(0.0)), "the camera is open, and nobody has asked for it"
+    on = switch(True)
+    wait_until(lambda: close_to(colour(tablet), ORANGE) and any(viewer.orange(on)), "the pilot is on the tablet")
+    off = switch(False)
+    wait_until(lambda: camera.stream.viewers == 0 and not tablet.visible, "camera and tablet are off")
+    wait_until(lambda: len(viewer.orange(off)) > 5, "who kept the stream open gets more pictures")
+    assert not any(viewer.orange(off)), "and they show the pilot"
+    tablet.show_webview()
+    wait_until(lambda: tablet.visible, "any program shows the web view")
+    assert "/blank" in tablet.url and not close_to(colour(tablet), ORANGE)
 
 
 def test_com_cam_names_who_looks_by_the_pilots_page_until_that_dies(graph, wait_until: Callable) -> None:

@@ -103,6 +103,7 @@ def test_it_is_started_and_stopped_on_the_robot(robot: tuple[Simulation, qi.Sess
     wait_until(lambda: tablet.visible, "the page comes back")
     assert manager.stopService(SERVICE) is True and manager.isServiceRunning(SERVICE) is False
     assert not tablet.visible and life.focusedActivity() == "", "all is given back when the call returns"
+    assert "/blank?" in tablet.url, "the hidden page is not loaded any more"
     wait_until(lambda: stopped == [(SERVICE, 0)], "the stop was reported")
     manager.start(SERVICE)
     wait_until(lambda: life.focusedActivity() == ACTIVITY, "it runs again")

@@ -85,7 +85,9 @@ def test_shows_the_page_and_takes_it_away(recorder: Recorder, show: Callable, wa
     assert url.netloc == "10.0.0.2:10002" and parse_qs(url.query)["k"] == ["secret"] and "t" in parse_qs(url.query)
     assert recorder.names() == ["loadUrl", "showWebview"]
     link.close()
-    assert recorder.names() == ["loadUrl", "showWebview", "hideWebview"]
+    assert recorder.names() == ["loadUrl", "showWebview", "hideWebview", "loadUrl"]
+    url = urlsplit(recorder.calls[3][1])
+    assert (url.netloc, url.path) == ("10.0.0.2:10002", "/blank") and parse_qs(url.query)["k"] == ["secret"]
 
 
 def test_shows_it_again_after_a_lost_link(
@@ -150,6 +152,10 @@ def test_the_simulated_robots_tablet_shows_the_pilot(
         wait_until(lambda: blue_on(tablet), "the picture")
         link.close()
         wait_until(lambda: not tablet.image.peek().content.any(), "the screen turns dark")
+        wait_until(lambda: page.stream.viewers == 0, "the hidden web view has let go of the picture")
+        naoqi.session.service("ALTabletService").showWebview()
+        wait_until(lambda: tablet.visible, "another program shows the web view")
+        assert not blue_on(tablet), "and what it shows is not the pilot"
 
 
 def test_a_page_that_somebody_hides_is_shown_again(
@@ -209,7 +215,7 @@ def test_it_is_switched_off_and_on(recorder: Recorder, show: Callable, wait_unti
     assert link.problem == "switched off"
     link.show(True)
     wait_until(lambda: recorder.shown and link.shown_since, "the page is shown")
-    assert recorder.names() == ["loadUrl", "showWebview", "hideWebview", "loadUrl", "showWebview"]
+    assert recorder.names() == ["loadUrl", "showWebview", "hideWebview", "loadUrl", "loadUrl", "showWebview"]
 
 
 def test_a_page_that_the_tablet_does_not_hide_is_taken_away_later(

@@ -164,7 +164,7 @@ class Driver:
             read += self._read(cycle)
             rate = read / max(1e-3, now - counted_at)
             complaint = self._sensors.problem or self._battery_low
-            diagnosis = sensor_diagnosis(self._sensors.lost, complaint, rate, self._rate)
+            diagnosis = sensor_diagnosis(bool(self._sensors.lost), complaint, rate, self._rate)
             if self._sensor_diagnostics.report(now, *diagnosis):
                 read, counted_at = 0, now
         self._sensors.client.close()

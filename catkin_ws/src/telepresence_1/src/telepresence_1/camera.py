@@ -2,8 +2,8 @@
 
 One thread opens the source, reads, and encodes once, unless the camera has encoded its pictures itself. When the source
 is missing or lost, the stream goes on with a picture that says so in words, and the source is tried again until it is
-back. While pictures come from elsewhere, they are shown in place of the source's, and as long as `elsewhere_stays` a
-notice after them.
+back. While pictures come from elsewhere, they are shown in place of the source's. A camera that nobody wants is closed,
+so that its light is off, and a notice says so to whoever still looks.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ LARGEST_PASSED = 100_000
 pictures/s that is 24 Mbit/s a viewer, more than Wi-Fi of the tablet's time carries."""
 ELSEWHERE_LIFE = 2.0
 """[s] after the last picture from elsewhere until it counts as over."""
+OFF, OFF_TEXT = "Camera off", "The pilot's camera is switched off."
 
 
 class State(enum.Enum):
@@ -61,6 +62,7 @@ class Camera:
     """Reads `source` (see `telepresence_1.camera_sources.open_source`) on a thread of its own from `start` to `close`.
 
     Args:
+        wanted: Whether to open the source from the start, see `film`.
         width, height: What a camera is asked for; larger pictures are scaled to fit [pixel].
         rate: What a camera is asked for, and the speed of a test card [pictures/s].
         quality: Of the JPEG that is made here, 1 to 100. OpenCV's own default of 95 more than doubles the bytes of 80.
@@ -77,21 +79,24 @@ class Camera:
         height: int = 480,
         rate: float = 30.0,
         quality: int = 80,
+        wanted: bool = True,
         on_change: Callable[[CameraStatus], None] | None = None,
     ) -> None:
         if not (16 <= width <= 8192 and 16 <= height <= 8192 and 0.1 <= rate <= 240 and 1 <= quality <= 100):
             raise ValueError(f"a camera of {width}x{height} at {rate} pictures/s, quality {quality}, is out of range")
         self.image = LatestImage()
-        self._status = CameraStatus(State.OPENING, f"Opening {source}", source)
+        self.wanted = wanted
+        """Whether the source may be open."""
+        self._status = _first_status(source, wanted)
         self._size = (width, height)
         self._rate = rate
         self._quality = quality
-        self.elsewhere_stays = False
-        """Whether the source's own pictures are kept back also when none come from elsewhere any more."""
         self._elsewhere_until = 0.0
         self._elsewhere = CameraStatus(State.OPENING, "", "elsewhere")
         self._on_change = on_change or (lambda _status: None)
         self._losses = 0
+        self._putting = threading.RLock()  # around what is shown, and what says whether it may be
+        self._news = threading.Event()  # set by `film` and `close`
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="camera", daemon=True)
 
@@ -102,13 +107,25 @@ class Camera:
     def close(self) -> None:
         """Release the source. A read from the network may outlast the wait; its thread ends once the read returns."""
         self._stop.set()
+        self._news.set()
         if self._thread.ident is not None:
             self._thread.join(timeout=0.8)
+
+    def film(self, wanted: bool) -> None:
+        """Open the source, or close it: once this has returned, no picture of it follows. From any thread."""
+        with self._putting:
+            if wanted == self.wanted:
+                return
+            self.wanted = wanted
+            self._status = _first_status(self._status.source, wanted)
+            if not wanted:
+                self._put_notice(OFF, OFF_TEXT, wanted=False)
+        self._news.set()
 
     @property
     def status(self) -> CameraStatus:
         """What the pictures show and why, now."""
-        return self._elsewhere if self._keeps_back() else self._status
+        return self._elsewhere if self.shows_elsewhere else self._status
 
     def show(self, data: bytes, stamp: float) -> None:
         """Show a picture from elsewhere, from any one thread, for at most `ELSEWHERE_LIFE`.
@@ -123,29 +140,19 @@ class Camera:
         if data and (whole is None or len(data) > LARGEST_PASSED):
             raise ValueError(f"{len(data)} bytes are no picture of at most {LARGEST_PASSED}")
         if whole is None:
-            self._elsewhere_until = time.monotonic() + ELSEWHERE_LIFE
-            self._put_in_place("Camera paused", "The camera is covered.", stamp)
+            status = CameraStatus(State.LOST, "The camera is covered.", "elsewhere")
+            picture = self._encode(draw_notice(*self._size, "Camera paused", status.text, stamp))
         else:
-            self._elsewhere = CameraStatus(State.LIVE, "Live", "elsewhere", 0.0, whole.width, whole.height)
-            self._elsewhere_until = time.monotonic() + ELSEWHERE_LIFE
-            self.image.put(whole.data, stamp)
-
-    def show_off(self) -> None:
-        """Show that the camera elsewhere is off, while `elsewhere_stays`; from the thread that shows its pictures, or
-        when that can show none."""
-        self._put_in_place("Camera off", "The pilot has switched the camera off.", time.time())
-
-    def _put_in_place(self, title: str, text: str, stamp: float) -> None:
-        self._elsewhere = CameraStatus(State.LOST, text, "elsewhere")
-        self.image.put(self._encode(draw_notice(*self._size, title, text, stamp)), stamp)
+            status = CameraStatus(State.LIVE, "Live", "elsewhere", 0.0, whole.width, whole.height)
+            picture = whole.data
+        with self._putting:
+            self._elsewhere, self._elsewhere_until = status, time.monotonic() + ELSEWHERE_LIFE
+            self.image.put(picture, stamp)
 
     @property
     def shows_elsewhere(self) -> bool:
         """Whether pictures come from elsewhere."""
         return time.monotonic() < self._elsewhere_until
-
-    def _keeps_back(self) -> bool:
-        return self.elsewhere_stays or self.shows_elsewhere
 
     def __enter__(self) -> Camera:
         return self.start()
@@ -155,8 +162,14 @@ class Camera:
 
     def _run(self) -> None:
         pause = FIRST_PAUSE
-        self._put_notice("One moment", self._status.text, missing=False)
+        if self.wanted:
+            self._put_notice("One moment", self._status.text, missing=False)
         while not self._stop.is_set():
+            self._news.clear()
+            if not self.wanted:
+                pause = FIRST_PAUSE
+                self._show_notice(OFF, OFF_TEXT, NOTICE_PERIOD, wanted=False)
+                continue
             try:
                 self._read_until_lost()
             except SourceError as error:
@@ -165,7 +178,7 @@ class Camera:
                 log.exception("the camera thread failed")
                 title, text = "Camera failed", "The program's log says why."
             else:
-                return
+                continue  # closed, or not wanted any more
             if self._status.state is State.LIVE:
                 pause = FIRST_PAUSE
                 self._losses += 1
@@ -174,7 +187,7 @@ class Camera:
             pause = min(2 * pause, LONGEST_PAUSE)
 
     def _read_until_lost(self) -> None:
-        """Returns when the camera is closed. Raises SourceError."""
+        """Returns when the camera is closed, or not wanted. Raises SourceError."""
         source = open_source(self._status.source, *self._size, self._rate)
         try:
             self._publish(source)
@@ -183,7 +196,7 @@ class Camera:
 
     def _publish(self, source: Source) -> None:
         count, since = 0, time.monotonic()
-        while not self._stop.is_set():
+        while not self._stop.is_set() and self.wanted:
             picture = source.read()
             stamp = time.time()
             width, height = self._publish_one(picture, stamp)
@@ -192,10 +205,7 @@ class Camera:
             count += 1
             elapsed = time.monotonic() - since
             if elapsed >= 1.0:
-                source_name = self._status.source
-                self._status = CameraStatus(
-                    State.LIVE, "Live", source_name, count / elapsed, width, height, self._losses
-                )
+                self._change(State.LIVE, "Live", count / elapsed, width, height)
                 count, since = 0, time.monotonic()
 
     def _publish_one(self, picture: np.ndarray | Jpeg, stamp: float) -> tuple[int, int]:
@@ -203,8 +213,7 @@ class Camera:
         if isinstance(picture, Jpeg):
             fits = picture.width <= self._size[0] and picture.height <= self._size[1]
             if fits and len(picture.data) <= LARGEST_PASSED:
-                if not self._keeps_back():
-                    self.image.put(picture.data, stamp)
+                self._put(picture.data, stamp)
                 return picture.width, picture.height
             try:
                 pixels = decode_jpeg(picture.data)
@@ -216,21 +225,28 @@ class Camera:
         self._put(pixels, stamp)
         return pixels.shape[1], pixels.shape[0]
 
-    def _show_notice(self, title: str, text: str, duration: float) -> None:
+    def _show_notice(self, title: str, text: str, duration: float, wanted: bool = True) -> None:
+        """Returns early when the camera is closed, or wanted or not wanted from now on."""
         end = time.monotonic() + duration
         while True:
-            self._put_notice(title, text)
+            self._put_notice(title, text, wanted=wanted)
             left = end - time.monotonic()
-            if left <= 0 or self._stop.wait(min(left, NOTICE_PERIOD)):
+            if left <= 0 or self._news.wait(min(left, NOTICE_PERIOD)):
                 return
 
-    def _put_notice(self, title: str, text: str, missing: bool = True) -> None:
+    def _put_notice(self, title: str, text: str, missing: bool = True, wanted: bool = True) -> None:
         now = time.time()
-        self._put(draw_notice(*self._size, title, text, now, missing), now)
+        self._put(draw_notice(*self._size, title, text, now, missing), now, wanted)
 
-    def _put(self, picture: np.ndarray, stamp: float) -> None:
-        if not self._keeps_back():
-            self.image.put(self._encode(picture), stamp)
+    def _put(self, picture: np.ndarray | bytes, stamp: float, wanted: bool = True) -> None:
+        """Show what is meant for a camera that is `wanted`, or for one that is not; nothing while pictures come from
+        elsewhere."""
+        if wanted is not self.wanted or self.shows_elsewhere:
+            return
+        data = picture if isinstance(picture, bytes) else self._encode(picture)
+        with self._putting:
+            if wanted is self.wanted and not self.shows_elsewhere:
+                self.image.put(data, stamp)
 
     def _encode(self, picture: np.ndarray) -> bytes:
         try:
@@ -239,14 +255,25 @@ class Camera:
             raise SourceError("Bad picture", f"{error}.") from error
 
     def _change(self, state: State, text: str, rate: float = 0.0, width: int = 0, height: int = 0) -> None:
-        before = self._status
-        self._status = CameraStatus(state, text, before.source, rate, width, height, self._losses)
+        with self._putting:
+            before = self._status
+            if not self.wanted:
+                return
+            self._status = CameraStatus(state, text, before.source, rate, width, height, self._losses)
+        if state is before.state and text == before.text:
+            return
         if state is State.LIVE:
             log.info("camera %s is live, %dx%d", before.source, width, height)
-        elif text != before.text:
+        else:
             log.warning("camera %s: %s", before.source, text)
         if state is not before.state:
             self._on_change(self._status)
+
+
+def _first_status(source: str, wanted: bool) -> CameraStatus:
+    if wanted:
+        return CameraStatus(State.OPENING, f"Opening {source}", source)
+    return CameraStatus(State.LOST, OFF, source)
 
 
 def _fit(picture: np.ndarray, width: int, height: int) -> np.ndarray:

@@ -4,8 +4,8 @@ Subscribes: looking (std_msgs/String): who looks through the robot by the pilot'
            names them. ~face (sensor_msgs/CompressedImage, jpeg): somebody elsewhere is the pilot; shown in place of
            the camera while it comes, and the page with it. Empty data: that camera is covered.
 Publishes: ~status (diagnostic_msgs/DiagnosticStatus, latched, every second), /diagnostics.
-Services:  ~show_on_tablet (std_srvs/SetBool): show the page with this camera from now on, or take it away; answers
-           at once with how things stand.
+Services:  ~show_on_tablet (std_srvs/SetBool): film, and show the page with this camera, from now on, or close the
+           camera and take the page away; answers at once with how things stand.
 Command line: --qi-url URL, in place of ~nao_ip and ~nao_port.
 Parameters:
     ~source ("0")           camera number or device, video or picture file, URL, or "test"
@@ -19,7 +19,7 @@ Parameters:
     ~token ("auto")         the key to the page; "auto": the environment's TELEPRESENCE_PAGE_KEY, which `./stack up`
                             sets, else a new one in every run; "none"
     ~max_viewers (64)
-    ~show_on_tablet (true)  from the start; see the service of this name
+    ~show_on_tablet (true)  from the start; see the service of this name. While it is off, the camera is closed
     ~activity ("robotvideo/behaviour")
                             what to keep in the robot's focus while the page is shown; "" leaves the focus alone
     ~nao_ip, ~nao_port (127.0.0.1, 9559)
@@ -84,8 +84,11 @@ class ComCam:
         own = str(rospy.get_param("~roscore_ip", ""))
         address = choose_address(str(rospy.get_param("~address", "")), own, robot)
         name = str(rospy.get_param("~name", "Pilot"))
+        self._kept = KeptState()  # a pilot who has taken the own face off the tablet does not come back unasked
+        self._own = self._kept.switch("on_tablet", bool(rospy.get_param("~show_on_tablet", True)), quiet=False)
         self.camera = Camera(
             str(rospy.get_param("~source", "0")),
+            wanted=self._own,
             width=int(rospy.get_param("~width", 640)),
             height=int(rospy.get_param("~height", 480)),
             rate=float(rospy.get_param("~rate", 30.0)),
@@ -116,14 +119,11 @@ class ComCam:
         self.page_url = page_url
         login = os.environ.get("NAO_USER"), os.environ.get("NAO_PASSWORD")
         self.connection = Connection(Address.parse(robot, int(rospy.get_param("~nao_port", 9559)), *login))
-        self._kept = KeptState()  # a pilot who has taken the own face off the tablet does not come back unasked
-        self._own = self._kept.switch("on_tablet", bool(rospy.get_param("~show_on_tablet", True)), quiet=False)
         self.link = TabletLink(
             self.connection, page_url, wanted=self._own, activity=str(rospy.get_param("~activity", ACTIVITY) or "")
         )
         # A run that has died may have left somebody else's page on the tablet.
         self.link.may_be_there = self._kept.switch("may_be_there", False, quiet=True)
-        self.camera.elsewhere_stays = self.link.may_be_there and not self._own
         self._linked = self._closed = False
         self._arranging = threading.Lock()
         self._pilot_page = rospy.Subscriber("looking", String, self._on_looking, queue_size=1)
@@ -145,9 +145,7 @@ class ComCam:
             self.close()
 
     def start(self) -> None:
-        """Begin to film, to serve the page, and to show it on the tablet."""
-        if self.camera.elsewhere_stays:
-            self.camera.show_off()
+        """Begin to serve the page, and to film and to show it on the tablet if that is wanted."""
         self.camera.start()
         self.server.start()
         rospy.loginfo("the page is at %s", public(self.page_url))
@@ -176,7 +174,8 @@ class ComCam:
         self._reload_unvisited_page()
         camera, link = self.camera.status, self.link
         messages = [camera.text]
-        level = DiagnosticStatus.OK if camera.state is State.LIVE else DiagnosticStatus.WARN
+        as_wanted = camera.state is State.LIVE or not self.camera.wanted
+        level = DiagnosticStatus.OK if as_wanted else DiagnosticStatus.WARN
         messages.append(self._describe_tablet())
         if link.wanted and (link.shown_since is None or self._unvisited):
             level = DiagnosticStatus.WARN
@@ -235,15 +234,13 @@ class ComCam:
         return f"{text}; without the robot's focus: {link.focus.problem}" if link.focus.problem else text
 
     def _arrange(self) -> None:
-        """Show the page for whoever wants it: this machine's pilot, or one elsewhere whose face comes. Where this
-        machine's does not, its camera is kept back as long as the page may be on the tablet."""
+        """Show the page for whoever wants it: this machine's pilot, or one elsewhere whose face comes. Only for the
+        former this machine's camera is opened."""
         with self._arranging:
             if self._closed:
                 return
             face, link = self.camera.shows_elsewhere, self.link
-            self.camera.elsewhere_stays = not self._own and (face or link.may_be_there)
-            if self.camera.elsewhere_stays and not face:
-                self.camera.show_off()
+            self.camera.film(self._own)
             wanted = self._own or face
             if (wanted or link.may_be_there) and not self._linked:
                 self._start_link()

@@ -7,6 +7,7 @@
                              its number is in the header X-Sequence
     GET /status              JSON: name, state, text, looking, sequence, age [s], viewers, run; with ?v=NAME also
                              stalled [s], null when there is no such stream
+    GET /blank               nothing, for a tablet that is to forget the page
 
 Every address takes ?k=KEY as well; what else keeps others out is in `telepresence.web.page_auth`.
 """
@@ -21,6 +22,7 @@ from flask import Flask, Response, jsonify, render_template, request
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
 from telepresence.web.json_app import Application
 from telepresence.web.page_auth import PageAuth, ProtectedPage
+from telepresence_1.tablet_link import BLANK
 
 KEY_VARIABLE = "TELEPRESENCE_PAGE_KEY"
 """Environment variable that holds the key to the pages of this package."""
@@ -97,5 +99,9 @@ def create_app(
             stalled = stream.stalled(viewer)
             answer["stalled"] = None if stalled is None else round(stalled, 3)
         return jsonify(answer)
+
+    @app.get(BLANK)
+    def blank() -> Response:
+        return Response("<!DOCTYPE html><title></title><body style='background: black'>", content_type="text/html")
 
     return ProtectedPage(app, PageAuth(token, hosts), _CSP)

@@ -3,9 +3,10 @@
 Wire (NAOqi 2.8 documentation, ALTabletService): `getWifiStatus()` -> "IDLE", "SCANNING", "DISCONNECTED" or "CONNECTED";
 `loadUrl(url)` -> bool, with the signal `onLoadPageError(code, text, url)` when it fails later; `showWebview()` -> bool;
 `hideWebview()` -> bool; `getOnTouchScaleFactor()` -> "the touch scale factor of current view displayed. Default is 1.0
-for all views except for the browser view which is 1.34": nothing else says whether the page is on the screen. The
-tablet is a computer of its own: it fetches the page itself, over its own Wi-Fi, so the address must be one that it can
-reach, never "localhost".
+for all views except for the browser view which is 1.34": nothing else says whether the page is on the screen. A hidden
+page stays loaded, and any program's showWebview brings it back: so another one is loaded in its place. The tablet is a
+computer of its own: it fetches the page itself, over its own Wi-Fi, so the address must be one that it can reach, never
+"localhost".
 """
 
 from __future__ import annotations
@@ -37,6 +38,9 @@ FIRST_PAUSE, LONGEST_PAUSE = 0.5, 10.0
 """Seconds between two attempts to load the page or to bring it back."""
 OTHER_VIEWS_SCALE = 1.0
 """What getOnTouchScaleFactor answers while the web view is not on the screen."""
+BLANK = "/blank"
+"""Path of what is loaded in place of a page that was taken away, on the same server: an empty page where that is ours;
+an error's does as well."""
 HIDDEN = "something else is on the screen"
 
 
@@ -206,6 +210,7 @@ class TabletLink:
             try:
                 hidden = self._connection.call("ALTabletService", "hideWebview", timeout=HIDE_TIMEOUT)
                 self.may_be_there = hidden is False and self._displayed(HIDE_TIMEOUT) is not False
+                self._ask("loadUrl", with_changing_query(blank(self.url)), timeout=HIDE_TIMEOUT)
             except RobotError as error:
                 log.warning("the page may stay on the tablet: %s", error)
             if not self.may_be_there:
@@ -235,6 +240,11 @@ def with_changing_query(url: str) -> str:
     return urllib.parse.urlunsplit(
         parts._replace(query=f"{query}t={time.time_ns() // 1_000_000}", path=parts.path or "/")
     )
+
+
+def blank(url: str) -> str:
+    """The address of an empty page beside this one, with its query, which may hold a key."""
+    return urllib.parse.urlunsplit(urllib.parse.urlsplit(url)._replace(path=BLANK))
 
 
 def public(url: str) -> str:

@@ -80,7 +80,7 @@ class RobotVideo(object):
         if not self._client.connected():
             return
         if self._loaded:
-            self._attempt("tablet", lambda: self._tablet("hideWebview"))
+            self._attempt("tablet", self._take_away)
         self._attempt("focus", self._give_back)
 
     def _attempt(self, what, action):
@@ -120,9 +120,20 @@ class RobotVideo(object):
             self._tablet("showWebview")
             self._loaded = True
 
+    def _take_away(self):
+        self._tablet("hideWebview")
+        self._tablet("loadUrl", blank(self._url))  # a hidden page stays loaded, and any program may show it again
+
     def _displayed(self):
         """Whether the tablet says that the web view is on its screen."""
         return self._tablet("getOnTouchScaleFactor") != OTHER_VIEWS_SCALE
+
+
+def blank(url):
+    """The address of an empty page beside this one, with its query, which may hold a key."""
+    address, _, query = url.partition("?")
+    server = "/".join(address.split("/", 3)[:3])
+    return "%s/blank?%s" % (server, query)
 
 
 def page_url():
