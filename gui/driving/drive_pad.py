@@ -135,6 +135,7 @@ class DrivePad(QFrame):
         stop = self._make_cap()
         stop.setText("Stop   Space")
         stop.setToolTip("Stop (space bar)")
+        stop.setAccessibleName("Stop")
         stop.setObjectName("padStop")
         stop.pressed.connect(self._press_stop)
         layout.addWidget(stop, 2, 0, 1, 3)
@@ -165,6 +166,7 @@ class DrivePad(QFrame):
             letter = letters.get(name, move.letter)
             cap.setText(f"{move.symbol}\n{letter}")
             cap.setToolTip(f"{move.what} ({letter})")
+            cap.setAccessibleName(move.what)
 
     def limit_to(self, names: Collection[str]) -> None:
         """Offer only these moves, to a robot that cannot do the others."""
