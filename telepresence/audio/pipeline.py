@@ -26,6 +26,7 @@ RETRY_PERIOD = 2.0
 START_TIMEOUT = 5.0
 STEADY_AFTER = 3.0
 """A pipeline that ran this long [s] counts as having worked: its next failure is reported again."""
+NOT_STARTED = "not started yet"
 _POLL = 100 * Gst.MSECOND
 _WATCHED = (
     Gst.MessageType.ERROR
@@ -67,8 +68,8 @@ class KeptPipeline:
         on_level: Callable[[float], None] = lambda level: None,
         on_state: Callable[[str | None], None] = lambda problem: None,
     ) -> None:
-        self.problem: str | None = "not started yet"
-        """Why no sound flows; None while it does."""
+        self.problem: str | None = NOT_STARTED
+        """Why no sound flows; None while it does, or is not wanted."""
         self.name = name
         self.runs = 0
         """How often it was started successfully."""
@@ -76,6 +77,7 @@ class KeptPipeline:
         self._on_level, self._on_state = on_level, on_state
         self._pipeline: Gst.Pipeline | None = None
         self._reported: str | None = None
+        self._wanted = True
         self._again = threading.Event()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -83,6 +85,18 @@ class KeptPipeline:
     def start(self) -> KeptPipeline:
         self._thread.start()
         return self
+
+    @property
+    def wanted(self) -> bool:
+        """Whether there is to be a pipeline; while it is not, no device is open."""
+        return self._wanted
+
+    @wanted.setter
+    def wanted(self, wanted: bool) -> None:
+        if wanted is not self._wanted:
+            self._wanted = wanted
+            self.problem = NOT_STARTED if wanted else None
+            self._again.set()
 
     def reopen(self) -> None:
         """Close it and start again from a new description: another device was chosen."""
@@ -109,6 +123,10 @@ class KeptPipeline:
     def _run(self) -> None:
         while not self._stop.is_set():
             self._again.clear()
+            if not self._wanted:
+                self.problem = self._reported = None
+                self._again.wait()
+                continue
             try:
                 ran = self._once()
             except SoundError as error:

@@ -59,8 +59,17 @@ class SoundServer:
             time.sleep(0.05)
 
     def answers(self) -> bool:
+        return self._pactl("info").returncode == 0
+
+    def listeners(self, source: str) -> int:
+        """Return how many streams have this microphone open."""
+        sources, streams = (self._pactl("list", "short", kind).stdout for kind in ("sources", "source-outputs"))
+        number = next(line.split("\t")[0] for line in sources.splitlines() if line.split("\t")[1] == source)
+        return sum(line.split("\t")[1] == number for line in streams.splitlines())
+
+    def _pactl(self, *words: str) -> subprocess.CompletedProcess[str]:
         environment = {**os.environ, **self.environment(), "HOME": str(self._folder)}
-        return subprocess.run(["pactl", "info"], env=environment, capture_output=True).returncode == 0
+        return subprocess.run(["pactl", *words], env=environment, capture_output=True, text=True)
 
     def close(self) -> None:
         if self._process is not None:

@@ -134,6 +134,16 @@ def test_both_sides_hear_each_other_at_once(rig: Rig) -> None:
         assert heard.worst >= 0.9, f"{name}: {heard}"
 
 
+def test_without_a_conversation_the_microphone_is_closed(rig: Rig, until_true: Callable) -> None:
+    others = rig.server.listeners("pilot_mic.monitor") - 1  # the test's own
+    rig.probe.call("/voice/conversation", "std_srvs/SetBool", {"data": False})
+    try:
+        until_true(lambda: rig.server.listeners("pilot_mic.monitor") == others, "it is closed")
+    finally:
+        rig.probe.call("/voice/conversation", "std_srvs/SetBool", {"data": True})
+    until_true(lambda: rig.hears_noise(), "sound both ways")
+
+
 def test_a_robot_that_died_is_found_again(rig: Rig, until_true: Callable) -> None:
     rig.robot.kill()
     until_true(lambda: rig.state() != LIVE, "the loss is told")

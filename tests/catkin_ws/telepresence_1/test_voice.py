@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import socket
@@ -61,6 +62,11 @@ class Rig:
             *("telepresence_1", "voice", "_microphone:=pilot_mic.monitor", "_speaker:=pilot_speaker"),
             *(f"_rtp_port:={self.rtp_port}", f"_patience:={PATIENCE}", "_jitter:=0.1"),
         )
+
+    def robots_listeners(self) -> int:
+        """How many streams of its microphones the robot sends."""
+        device = next(s for s in self.robot.server.catalogue.services if s.name == "ALAudioDevice")
+        return sum(stream.alive for stream in device._streams.values())
 
     def person_says(self, samples: np.ndarray) -> float:
         """Play speech in the room, from the returned time on."""
@@ -153,12 +159,14 @@ def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Call
         assert answered and answer["success"]
         return answer["message"]
 
-    def heard(within: float = 1.2) -> float:
+    def heard(within: float = 1.2, metered: bool = True) -> float:
         """How loud a tone is at the robot that the pilot's microphone got."""
         begin = time.monotonic()
         tone = (0.3 * np.sin(2 * np.pi * 500.0 * np.arange(RATE // 2) / RATE)).astype(np.float32)
         rig.mouth.say(tone)
-        until_true(lambda: -25.0 < probe.newest("/voice/levels")[0][0] < -8.0, "the meter shows that somebody speaks")
+        until_true(lambda: rig.said.level(0.1) > 0.05, "somebody speaks")
+        if metered:
+            until_true(lambda: -25.0 < probe.newest("/voice/levels")[0][0] < -8.0, "the meter shows it")
         time.sleep(within)
         return _tone(rig.at_robot.between(begin, time.monotonic()), 500.0)
 
@@ -185,11 +193,67 @@ def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Call
     assert _tone(rig.at_pilot.between(begin, time.monotonic()), 700.0) < 0.005, "a muted loudspeaker is heard"
     assert switch("conversation", False) == "no conversation"
     try:
-        assert heard() < 0.005, "a microphone is heard without a conversation"
+        assert heard(metered=False) < 0.005, "a microphone is heard without a conversation"
     finally:
-        told = switch("conversation", True)
-    assert told == "you: live; robot: muted", "what was muted before is muted again"
+        switch("conversation", True)
+    until_true(lambda: rig.state() == "you: live; robot: muted", "what was muted before is muted again")
     assert switch("mute_speaker", False) == "you: live; robot: live"
+
+
+def test_without_a_conversation_no_microphone_is_open(rig: Rig, until_true: Callable) -> None:
+    others = rig.server.listeners("pilot_mic.monitor") - 1  # the test's own
+    assert rig.robots_listeners() == 1
+    rig.probe.call("/voice/conversation", "std_srvs/SetBool", {"data": False})
+    try:
+        until_true(lambda: rig.server.listeners("pilot_mic.monitor") == others, "the pilot's microphone is closed")
+        until_true(lambda: rig.robots_listeners() == 0, "nor does the robot send what is said beside it")
+    finally:
+        begin = time.monotonic()
+        rig.probe.call("/voice/conversation", "std_srvs/SetBool", {"data": True})
+    until_true(lambda: rig.server.listeners("pilot_mic.monitor") == others + 1, "the microphone is open again")
+    print(f"open {time.monotonic() - begin:.2f} s after the conversation has begun")
+    until_true(lambda: rig.both_hear(650.0), "sound both ways")
+
+
+class Player:
+    """A player on another machine, whose address no packet leaves this one for."""
+
+    HOST = "0.0.0.0"
+
+    def __init__(self) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1", 0))
+        self.port = self._socket.getsockname()[1]
+
+    def gets_any(self, within: float) -> bool:
+        """Whether a packet comes within [s] from now on."""
+        self._socket.setblocking(False)
+        with contextlib.suppress(BlockingIOError):
+            while self._socket.recv(2048):
+                pass
+        self._socket.settimeout(within)
+        with contextlib.suppress(TimeoutError):
+            return bool(self._socket.recv(2048))
+        return False
+
+
+def test_what_is_muted_does_not_reach_a_player_on_another_machine(rig: Rig, until_true: Callable) -> None:
+    player = Player()
+    node = rig.graph.run_node(
+        *("telepresence_1", "voice", "__ns:=/far", "_microphone:=none", "_speaker:=none"),
+        *(f"_rtp_host:={player.HOST}", f"_rtp_port:={player.port}"),
+    )
+    try:
+        until_true(lambda: player.gets_any(0.2), f"the robot's sound; {node.output}")
+        for service, silent in (("mute_speaker", True), ("conversation", False)):
+            assert rig.probe.call(f"/far/voice/{service}", "std_srvs/SetBool", {"data": silent})[0]
+            until_true(lambda: not player.gets_any(0.5), f"{service}: what was under way has come")
+            assert not player.gets_any(2.0), service
+            assert rig.robots_listeners() == 1, "the robot sends it to the other node alone"
+            assert rig.probe.call(f"/far/voice/{service}", "std_srvs/SetBool", {"data": not silent})[0]
+            until_true(lambda: player.gets_any(0.2), f"{service}: and there it is again")
+    finally:
+        node.end()
 
 
 def test_either_end_may_die_and_come_back(rig: Rig, until_true: Callable) -> None:
@@ -201,8 +265,7 @@ def test_either_end_may_die_and_come_back(rig: Rig, until_true: Callable) -> Non
     rig.node.kill()
     rig.node = rig.start_node()
     until_true(lambda: rig.both_hear(550.0), "sound both ways with the new node")
-    device = next(s for s in rig.robot.server.catalogue.services if s.name == "ALAudioDevice")
-    until_true(lambda: sum(stream.alive for stream in device._streams.values()) == 1, "the dead listener is forgotten")
+    until_true(lambda: rig.robots_listeners() == 1, "the dead listener is forgotten")
     assert "Traceback" not in rig.node.output
 
 

@@ -71,6 +71,23 @@ def test_another_device_is_used_from_the_moment_it_is_chosen(wait_until: Callabl
     assert pipeline.get("source") is None
 
 
+def test_there_is_none_while_it_is_not_wanted(wait_until: Callable) -> None:
+    described: list[int] = []
+    pipeline = KeptPipeline("test", lambda: described.append(1) or "audiotestsrc name=source is-live=true ! fakesink")
+    pipeline.wanted = False
+    pipeline.start()
+    wait_until(lambda: pipeline.problem is None, "nothing is wrong")
+    for runs in (1, 2):
+        assert pipeline.get("source") is None and len(described) == runs - 1
+        pipeline.reopen()  # another device was chosen
+        pipeline.wanted = True
+        wait_until(lambda: pipeline.get("source"), "it runs")
+        assert pipeline.runs == runs
+        pipeline.wanted = False
+        wait_until(lambda: pipeline.get("source") is None, "it is closed")
+    pipeline.close()
+
+
 @pytest.mark.parametrize("choice", ['x" ! filesink location=/tmp/x', "a b", "alsa:", "x" * 300, "ü!"])
 def test_a_device_name_cannot_carry_anything_else(choice: str) -> None:
     with pytest.raises(SoundError, match="choose"):

@@ -85,6 +85,9 @@ class Voice:
     def chosen(self) -> tuple[str, str]:
         return self._microphone.device, self._loudspeaker.device
 
+    def converse(self, wanted: bool) -> None:
+        self._microphone.pipeline.wanted = wanted
+
     def open_microphone(self, opened: bool) -> None:
         self._input.open = opened
 

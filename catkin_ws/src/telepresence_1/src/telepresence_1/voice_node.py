@@ -76,9 +76,9 @@ class Voice:
         channels = (self._microphone_stream.rate, self._microphone_stream.channels)
         self._sender = RtpSender(*channels, host, port, codec, self._levels[1].put, patience)
         self._player: RtpPlayer | None = None
-        self._playable, self._listeners = not is_loopback(host), False
+        self._playable = not is_loopback(host)  # on this machine not until there is a loudspeaker
+        self._conversing = self._muted = self._listeners = False
         if is_loopback(host):
-            self._microphone_stream.wanted = False  # until there is a loudspeaker
             jitter = float(rospy.get_param("~jitter", 0.01))
             origin = self._sender.origin
             self._player = RtpPlayer(speaker, host, port, codec, jitter, self._speaker_changed, patience, origin)
@@ -110,10 +110,21 @@ class Voice:
 
     def _speaker_changed(self, problem: str | None) -> None:
         self._playable = problem is None
-        self._microphone_stream.wanted = self._playable or self._listeners
+        self._want()
+
+    def _want(self) -> None:
+        """Ask the robot for its sound, or not, as things stand."""
+        self._microphone_stream.wanted = self._listeners or (self._playable and self._plays)
+
+    @property
+    def _plays(self) -> bool:
+        """Whether the pilot's player is to get the robot's sound. A muted one here gets it, for the meter; another
+        machine's would play it."""
+        return self._conversing and (self._player is not None or not self._muted)
 
     def _received(self, block: np.ndarray, rate: int, arrival: float) -> None:
-        self._sender.push(block, arrival)
+        if self._plays:
+            self._sender.push(block, arrival)
         self._topics.pass_on(block.astype("<i2").tobytes(), rate, block.shape[1])
 
     # --- for the topics -----------------------------------------------------------------------------------------------
@@ -128,8 +139,10 @@ class Voice:
         if not pilot and self._speaker_stream.problem:
             pilot = f"not played: {self._speaker_stream.problem}"
         robot = self._player.pipeline.problem if self._player else None
-        robot = robot or self._sender.pipeline.problem or self._microphone_stream.problem
-        if not robot and self._player and self._player.muted:
+        robot = robot or self._sender.pipeline.problem
+        if not robot and self._microphone_stream.wanted:
+            robot = self._microphone_stream.problem
+        if not robot and self._muted:
             robot = "muted"
         return pilot or ("elsewhere" if self._input.elsewhere else "live"), robot or "live"
 
@@ -147,19 +160,26 @@ class Voice:
     def chosen(self) -> tuple[str, str]:
         return self._microphone.device, self._player.device if self._player else "none"
 
+    def converse(self, wanted: bool) -> None:
+        self._conversing = wanted
+        self._microphone.pipeline.wanted = wanted
+        self._want()
+
     def open_microphone(self, opened: bool) -> None:
         self._input.open = opened
 
     def mute_speaker(self, muted: bool) -> None:
+        self._muted = muted
         if self._player is not None:
             self._player.muted = muted
+        self._want()
 
     def speak(self, frames: bytes, rate: int, channels: int) -> None:
         self._input.put_from_elsewhere(frames, rate, channels)
 
     def listen(self, wanted: bool) -> None:
         self._listeners = wanted
-        self._microphone_stream.wanted = self._playable or wanted
+        self._want()
 
     def choose_microphone(self, device: str) -> None:
         self._microphone.choose(device)

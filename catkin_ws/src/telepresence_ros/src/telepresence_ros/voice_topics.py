@@ -11,7 +11,7 @@ Subscribes: voice/from_pilot (telepresence_msgs/Sound): a pilot elsewhere speaks
 Services:   voice/mute_microphone, voice/mute_speaker (std_srvs/SetBool); voice/talk (SetBool): true while the
             push-to-talk button is held, which opens a muted microphone; it is closed when whoever held it is gone:
             after `TALK_LIFE` if true was repeated within that, else after two minutes. voice/conversation
-            (SetBool): false is silent both ways, whatever else is set.
+            (SetBool): false is silent both ways, whatever else is set; the microphone here is closed then.
 A node that dies and is started again is as silent as it was, with the devices that were chosen, see `KeptState`.
 What is muted is muted here: voice/from_pilot and voice/from_robot are switched on and off at their other ends.
 """
@@ -72,7 +72,12 @@ class Talk(Protocol):
     def chosen(self) -> tuple[str, str]:
         """The pilot's microphone and loudspeaker, see `telepresence.audio.devices`."""
 
-    def open_microphone(self, opened: bool) -> None: ...
+    def converse(self, wanted: bool) -> None:
+        """Open the microphone here, and have the robot's sound for this machine's pilot; or neither."""
+
+    def open_microphone(self, opened: bool) -> None:
+        """Let the microphone be heard; one that is muted stays open, and its meter moves."""
+
     def mute_speaker(self, muted: bool) -> None: ...
     def choose_microphone(self, device: str) -> None: ...
     def choose_speaker(self, device: str) -> None: ...
@@ -224,6 +229,7 @@ class VoiceTopics:
         )
 
     def _apply(self) -> None:
+        self._voice.converse(self._conversation)
         self._voice.open_microphone(self._conversation and (self._talking or not self._muted))
         self._voice.mute_speaker(self._speaker_muted or not self._conversation)
 
