@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Self
 
@@ -35,6 +36,8 @@ class Output:
         self._patience = patience
         self._prepare_head = prepare
         self._muted = False
+        self._volume: Gst.Element | None = None  # of the newest pipeline, which may not run yet
+        self._muting = threading.Lock()
         self.pipeline = KeptPipeline(name, self._describe, self._prepare, on_level, on_state)
 
     def start(self) -> Self:
@@ -50,8 +53,10 @@ class Output:
 
     @muted.setter
     def muted(self, muted: bool) -> None:
-        self._muted = muted
-        self.pipeline.set("volume", "mute", muted)
+        with self._muting:
+            self._muted = muted
+            if self._volume is not None:
+                self._volume.set_property("mute", muted)
 
     def choose(self, device: str) -> None:
         """Play on another device."""
@@ -63,4 +68,6 @@ class Output:
 
     def _prepare(self, pipeline: Gst.Pipeline) -> None:
         self._prepare_head(pipeline)
-        pipeline.get_by_name("volume").set_property("mute", self._muted)
+        with self._muting:
+            self._volume = pipeline.get_by_name("volume")
+            self._volume.set_property("mute", self._muted)

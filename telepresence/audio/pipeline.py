@@ -108,13 +108,6 @@ class KeptPipeline:
         if self._thread.ident is not None:
             self._thread.join(timeout=START_TIMEOUT + 1.0)
 
-    def set(self, element: str, name: str, value: object) -> None:
-        """Set a property of an element of the running pipeline; does nothing while none runs."""
-        pipeline = self._pipeline
-        found = pipeline.get_by_name(element) if pipeline is not None else None
-        if found is not None:
-            found.set_property(name, value)
-
     def get(self, element: str) -> Gst.Element | None:
         """Return an element of the running pipeline by name; None while none runs."""
         pipeline = self._pipeline
