@@ -19,7 +19,7 @@ from aiortc.mediastreams import MediaStreamError
 RATE = 48000
 SAMPLES = 960
 """Samples per frame: 20 ms."""
-_BYTES = SAMPLES * 4
+_BYTES, _DURATION = SAMPLES * 4, SAMPLES / RATE
 _WAITING = 10
 """Frames that may wait for the network; older ones are dropped, so that sound is lost rather than late."""
 _MAX_HOLE = RATE // 2
@@ -30,6 +30,9 @@ _SILENCE = bytes(_BYTES)
 LIFE_PERIOD = 1.0
 """Seconds after which a track that is given nothing sends a frame of silence: the other end takes a connection on which
 nothing comes for lost, and a pilot without a microphone may listen."""
+FIRST_FRAMES = 8
+"""Frames that such a track sends one after the other at the beginning: the other end holds back four, and would hear
+the first of them four seconds later."""
 
 
 class MicrophoneTrack(MediaStreamTrack):
@@ -64,7 +67,7 @@ class MicrophoneTrack(MediaStreamTrack):
                 raise MediaStreamError
             self._news.clear()
             try:
-                await asyncio.wait_for(self._news.wait(), LIFE_PERIOD)
+                await asyncio.wait_for(self._news.wait(), LIFE_PERIOD if self._count >= FIRST_FRAMES else _DURATION)
             except TimeoutError:
                 self._append(_SILENCE)
         number, data = self._frames.popleft()

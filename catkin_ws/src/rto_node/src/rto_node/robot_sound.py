@@ -24,8 +24,9 @@ from telepresence.video.webrtc import peer_connection, release_early
 log = logging.getLogger(__name__)
 
 LOST_AFTER = 3.0
-"""Seconds without a frame after which the connection is made anew; a robot without a microphone sends none, so that
-only a connection on which there was sound is given up for silence."""
+"""Seconds without a frame after which the connection is made anew; a robot without a microphone sends one a second."""
+FIRST_FRAME = 5.0
+"""Seconds that the first one may take: a robot with an earlier version and without a microphone needs four."""
 RETRY_PERIOD = 1.0
 ANSWER_TIMEOUT = 2.0
 
@@ -103,14 +104,19 @@ class RobotSound:
             peer.addTrack(track)
             location = await self._signaling.exchange(session, peer)
             self._track, self._last = track, 0.0
+            begin = time.monotonic()
+            self.problem = nothing = (
+                f"nothing comes from {urlsplit(self.url).hostname}, which has answered: sound is sent by UDP, "
+                "which a firewall may keep back"
+            )
             self.connections += 1
             hearing = asyncio.ensure_future(listen(peer.getTransceivers()[0].receiver.track, self._take))
-            log.info("sound both ways with %s", self.url)
-            self.problem = self._warned = ""
             while True:
                 await asyncio.sleep(0.2)
                 if peer.connectionState in ("closed", "failed") or hearing.done():
-                    raise ValueError(f"the conversation with {self.url} has ended")
+                    raise ValueError(f"the conversation with {self.url} has ended" if self._last else nothing)
+                if not self._last and time.monotonic() - begin > FIRST_FRAME:
+                    raise ValueError(nothing)
                 if self._last and time.monotonic() - self._last > LOST_AFTER:
                     raise ValueError(f"nothing heard from {self.url} for {LOST_AFTER:g} s")
         finally:
@@ -122,6 +128,9 @@ class RobotSound:
             await self._signaling.leave(session, location)
 
     def _take(self, frames: bytes) -> None:
+        if not self._last:
+            log.info("sound both ways with %s", self.url)
+            self.problem = self._warned = ""
         self._last = time.monotonic()
         self.frames += 1
         self._patience.works()
