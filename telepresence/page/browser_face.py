@@ -10,6 +10,7 @@ from typing import Any
 import av
 from aiortc import RTCRtpTransceiver
 
+from telepresence.video.bounded_decoding import bound
 from telepresence.video.jpeg import encode_jpeg
 from telepresence.video.webrtc import drain
 
@@ -21,6 +22,10 @@ COVERED_PERIOD = 0.5
 """Seconds between two notices that it is."""
 MOST_WIDTH, MOST_HEIGHT = 640, 480
 """[pixel]"""
+MAX_PIXELS = 1 << 20
+"""Of a camera's picture; the page asks for 640x480, and some cameras have nothing below 1280x720."""
+MAX_WAITING = 8
+"""Pictures that wait to be decoded: half a second."""
 
 
 class BrowserFace:
@@ -44,6 +49,7 @@ class BrowserFace:
         """Use this place of the connection."""
         transceiver.direction = "recvonly"
         self._receiver = transceiver.receiver
+        bound(self._receiver, MAX_PIXELS, MAX_WAITING)
         self._task = asyncio.ensure_future(drain(self._receiver.track, self._take))
 
     @property

@@ -13,6 +13,7 @@ from aiortc import MediaStreamTrack, RTCPeerConnection, RTCSessionDescription
 
 from telepresence.audio.webrtc_sound import RATE, SAMPLES, listen
 from telepresence.page.browser_conversation import RobotConversation
+from telepresence.page.browser_face import MAX_PIXELS
 from telepresence.video.jpeg import decode_jpeg
 from telepresence.video.webrtc import on_address
 
@@ -54,10 +55,11 @@ class Tone(MediaStreamTrack):
 class Camera(MediaStreamTrack):
     kind = "video"
     count = 0
+    shape = (480, 640)
 
     async def recv(self):
         await asyncio.sleep(0.05)
-        frame = av.VideoFrame.from_ndarray(np.full((480, 640, 3), GREEN, np.uint8), format="rgb24")
+        frame = av.VideoFrame.from_ndarray(np.full((*self.shape, 3), GREEN, np.uint8), format="rgb24")
         self.count += 1
         frame.pts, frame.time_base = self.count * 4500, fractions.Fraction(1, 90000)
         return frame.reformat(format="yuv420p")
@@ -140,6 +142,22 @@ def test_the_driver_is_heard_and_seen_until_the_robot_is_another_s():
         said = len(on.station.said)
         await asyncio.sleep(0.3)  # in which nothing more may be said
         assert len(on.station.said) == said and on.station.faces.count(None) == 1
+
+    run(scenario)
+
+
+def test_a_face_larger_than_cameras_have_it_is_not_decoded(monkeypatch, caplog):
+    """Each such picture takes a core for a while, and the end of the connection waits for it."""
+    monkeypatch.setattr(Camera, "shape", (1200, 1600))
+    assert 1200 * 1600 > MAX_PIXELS
+
+    async def scenario(on):
+        on.window.mine = True
+        on.part.ask("face", True)
+        await on.until(lambda: "too large" in caplog.text)
+        assert not any(on.station.faces)
+        Camera.shape = (720, 1280)
+        await on.until(lambda: any(on.station.faces))
 
     run(scenario)
 
