@@ -308,7 +308,9 @@ class PilotPage:
         if tab in self._links:  # what the old connection still delivers is late
             await self._end_link(tab, tab, attempt)
         while len(self._links) >= MOST_LINKS:
-            guests = [other for other in self._links if is_guest_name(other.sign_in.account.name)]
+            driving = {one for each in self._robots.values() for one, window in each.windows.items() if window.mine}
+            newest = (other for other in reversed(self._links) if is_guest_name(other.sign_in.account.name))
+            guests = sorted(newest, key=driving.__contains__)  # who drives goes last
             if is_guest_name(tab.sign_in.account.name) or not guests:
                 raise web.HTTPServiceUnavailable(reason=f"{MOST_LINKS} browsers are connected, which is the limit.")
             await self._end_link(guests[0], tab, attempt)  # guests of one link keep nobody out who has an account
