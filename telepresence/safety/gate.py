@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .known_obstacles import KnownObstacles
+from .known_obstacles import LONGEST_TICK, KnownObstacles
 from .latches import BumperLatch, Latched, StopLatch
 from .messages import Command, Decision, Odometry, State
 from .robot_profile import RobotProfile
@@ -124,6 +124,15 @@ class VelocityGate:
         self._precomputed = None
         return self._bumper_latch.reset()
 
+    def forget_surroundings(self) -> None:
+        """Drop what is remembered, because the odometry frame is another one from now on: the robot's odometry has
+        started again, or somebody has set it."""
+        self._precomputed = None
+        self._known_obstacles.forget()
+        self._bumper_latch.forget_heading()
+        self._shaper.forget_heading()
+        self._interruption = "Odometry started again: the surroundings must be seen anew."
+
     def health(self, now: float) -> dict[str, Health]:
         """Return the state of every range source."""
         return {name: timeout.health(now) for name, timeout in self._source_timeouts.items()}
@@ -218,8 +227,13 @@ class VelocityGate:
             return f"Odometry is {now - odometry.stamp:.1f} s old."
         if odometry is not self._known_obstacles.poses.newest:
             self._precomputed = None
+        last = self._known_obstacles.poses.newest
         if not self._known_obstacles.advance(odometry):
             self._shaper.forget_heading()
-            self._interruption = "Odometry jumped: the surroundings must be seen anew."
+            if last is not None and odometry.stamp - last.stamp <= LONGEST_TICK:
+                self._bumper_latch.turn(odometry.theta - last.theta)
+            else:
+                self._bumper_latch.forget_heading()
+            self._interruption = "Odometry jumped."
             return self._interruption
         return ""

@@ -22,8 +22,10 @@ LONGEST_TICK = 0.25
 """A longer time between two poses is a stall or a jump; memory then ages by this much only [s]."""
 OVERRUN = 0.03
 """Points remembered farther inside the outline than this are wrong, because the robot stands there [m]."""
-FASTEST_ODOMETRY = 2.0
-"""Odometry that moves faster than this has been reset [m/s]."""
+JUMP, FASTEST_ODOMETRY = 0.1, 2.0
+"""Odometry that moves farther than this and faster has been reset [m, m/s]."""
+TURN_JUMP, FASTEST_TURN = 0.2, 4.0
+"""The same for its heading [rad, rad/s]."""
 BUMP_WIDTH = math.radians(45.0)
 """A bumper that reports no direction was hit within this angle of the direction of motion [rad]."""
 BUMP_SPACING = math.radians(11.25)
@@ -51,11 +53,16 @@ class KnownObstacles:
         self._pending_scans[name] = stamp, scan
 
     def advance(self, odometry: Odometry) -> bool:
-        """Advance to the newest pose. False if odometry has jumped; everything remembered is then dropped."""
+        """Advance to the newest pose. False if odometry has jumped. A jump between two ticks has moved the frame, not
+        the robot: what is remembered stays where it was around the robot. After a longer time it is dropped."""
         last = self.poses.newest
-        passed = 0.0 if last is None else min(max(odometry.stamp - last.stamp, 0.0), LONGEST_TICK)
-        if last is not None and math.hypot(odometry.x - last.x, odometry.y - last.y) > 0.1 + FASTEST_ODOMETRY * passed:
-            self.forget()
+        elapsed = 0.0 if last is None else max(odometry.stamp - last.stamp, 0.0)
+        passed = min(elapsed, LONGEST_TICK)
+        if last is not None and _has_jumped(last, odometry, passed):
+            if elapsed > LONGEST_TICK:
+                self.forget()
+            else:
+                self._carry_along(last, odometry)
             self.poses.add(odometry)
             return False
         before = self.poses.moved
@@ -63,6 +70,15 @@ class KnownObstacles:
         moving = self.poses.moved > before + 0.01 * passed
         self._clock += passed * (1.0 if moving else STANDSTILL_AGES)
         return True
+
+    def _carry_along(self, before: Odometry, after: Odometry) -> None:
+        """Keep what is remembered where it was around the robot, in a frame in which that has another pose now."""
+        turned = after.theta - before.theta
+        self._memory.move(turned, (before.x, before.y), (after.x, after.y))
+        self.poses.clear()
+        self._echoes.clear()
+        self._moving_obstacles.clear()
+        self._pending_scans.clear()
 
     def forget(self) -> None:
         """Drop everything that is remembered."""
@@ -181,3 +197,10 @@ class KnownObstacles:
             Echo(into_base(echo.place, pose.x, pose.y, pose.theta), into_base(echo.axis, 0.0, 0.0, pose.theta))
             for echo in self._echoes
         ]
+
+
+def _has_jumped(last: Odometry, newest: Odometry, passed: float) -> bool:
+    """Return whether a robot cannot have moved so in that time [s]."""
+    way = math.hypot(newest.x - last.x, newest.y - last.y)
+    turned = abs(math.remainder(newest.theta - last.theta, math.tau))
+    return way > JUMP + FASTEST_ODOMETRY * passed or turned > TURN_JUMP + FASTEST_TURN * passed

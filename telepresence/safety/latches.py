@@ -66,6 +66,15 @@ class BumperLatch:
         """Take over the bump of a gate that has died; where it was is not known any more."""
         self.latched = True
 
+    def turn(self, angle: float) -> None:
+        """The odometry frame has been turned by `angle` [rad] around the robot."""
+        if self.heading is not None:
+            self.heading += angle
+
+    def forget_heading(self) -> None:
+        """The odometry frame is another one; where the contact was is not known any more."""
+        self.heading = None
+
     def release(self) -> None:
         self.pressed = False
 

@@ -6,6 +6,7 @@ through it and read clearly farther: a thin leg is missed more often than it is 
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -105,6 +106,12 @@ class ObstacleMemory:
         rows = _rows(points, moment, lifetime, THROUGH_FELT)
         rows[:, _YOUNG_UNTIL] = np.inf
         self._table = np.concatenate([self._table, rows])
+
+    def move(self, angle: float, before: tuple[float, float], after: tuple[float, float]) -> None:
+        """Turn all points by `angle` [rad] around `before` [m], which then lies at `after`."""
+        c, s = math.cos(angle), math.sin(angle)
+        for columns in (_PLACE, _FIRST):
+            self._table[:, columns] = (self._table[:, columns] - before) @ np.array([[c, s], [-s, c]]) + after
 
     def drop(self, which: np.ndarray) -> None:
         """Forget the points that a mask (n,) selects."""

@@ -238,6 +238,18 @@ def test_odometry_that_a_web_server_repeats_stops_the_robot_until_it_counts_on(s
     station.under_way()
 
 
+def test_a_reset_of_odometry_has_the_gate_look_anew(station):
+    """One too small to be noticed as a jump."""
+    station.cruise()
+    x, y, phi = 0.02, station.place(), 0.1
+    worked, answer = station.pilot.call("/rto3/reset_odometry", "rto_msgs/ResetOdometry", {"x": x, "y": y, "phi": phi})
+    assert worked, answer
+    again = "fault: Odometry started again"
+    states = "/rto3/safety_state"
+    station.until(lambda: any(again in state for _, (state,) in station.pilot.seen(states)), "it says so for a moment")
+    station.under_way()
+
+
 def test_a_killed_driver_is_a_standing_robot_and_its_successor_drives_on(station):
     station.cruise()
     station.driver.signal(signal.SIGKILL)

@@ -103,7 +103,7 @@ def test_a_clock_that_goes_back_stops_the_robot_for_a_moment():
     assert decision.vx == 0.0 and decision.state is State.FAULT and "clock went back" in decision.reason
 
 
-def test_odometry_that_jumps_empties_the_memory():
+def test_odometry_that_jumps_stops_the_robot_for_a_moment():
     robot = Robot()
     robot.run(1.0)
     robot.x += 3.0

@@ -65,6 +65,34 @@ def test_the_wheels_get_zeros_once_odometry_is_as_old_as_its_count(monkeypatch):
             assert outcome.given[0] > 0.15
 
 
+def test_a_robot_whose_odometry_starts_again_is_told_to_look_anew(monkeypatch):
+    count = ReadingCount()
+    for seq in (8, 9, 10):
+        count.take(seq, 0.05 * seq)
+    assert count.restarts == 0
+    base = RobotinoBase("127.0.0.1:1", laser=False)
+    monkeypatch.setattr(base, "_write", lambda _velocity: None)
+    base._sensors.problem = ""
+
+    def step(seq, ranges):
+        now = 10.0 + 0.05 * step.ticks
+        step.ticks += 1
+        count.take(seq, now)
+        base._store(Reading(now, ranges, False, Odometry(0.0, 0.0, 0.0, now), None, count.restarts))
+        return base.step(now, PilotVelocity(0.1, 0.0, 0.0, now), None, Driving())
+
+    step.ticks = 0
+    for seq in range(11, 21):
+        step(seq, (0.06, *FREE[1:]))
+    assert len(base._gate.obstacles())
+    outcome = step(0, FREE)
+    assert outcome.given == AT_REST and "seen anew" in outcome.reason
+    assert not len(base._gate.obstacles())
+    for seq in range(1, 10):
+        outcome = step(seq, FREE)
+    assert outcome.given[0] > 0.09
+
+
 @pytest.fixture
 def proxy(simulation):
     made = CorruptingProxy(simulation.server.port)

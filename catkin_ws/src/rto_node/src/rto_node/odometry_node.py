@@ -1,6 +1,8 @@
 """The node rto_odometry_node: where the robot is, 20 times a second; silent while the robot counts no further readings.
 
-Publishes:  odom (nav_msgs/Odometry, frame odom, child base_link), /tf odom -> base_link, /diagnostics.
+Publishes:  odom (nav_msgs/Odometry, frame odom, child base_link), /tf odom -> base_link, /diagnostics;
+            odom_restarted (std_msgs/Empty): what was placed in odom before may be elsewhere now, because the robot's
+            odometry has started again, or was reset.
 Services:   reset_odometry (rto_msgs/ResetOdometry): the robot is at x, y, phi now. Robotino's REST interface has no
             reset, so the origin is moved here.
 Parameters: ~hostname, ~rate (20) [Hz], ~odom_frame_id (odom), ~base_frame_id (base_link), ~publish_tf (true).
@@ -16,6 +18,7 @@ import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped
 from nav_msgs.msg import Odometry as OdometryMessage
 from rto_msgs.srv import ResetOdometry, ResetOdometryResponse
+from std_msgs.msg import Empty
 from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
 from telepresence_ros.node import ROBOT_PATIENCE, Node
 from tf2_msgs.msg import TFMessage
@@ -44,6 +47,7 @@ class OdometryNode:
         self._lock = threading.Lock()  # protects the frame between the loop and the service
         self._restarts = 0
         self._odom = rospy.Publisher("odom", OdometryMessage, queue_size=1)
+        self._restarted = rospy.Publisher("odom_restarted", Empty, queue_size=1)
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10) if rospy.get_param("~publish_tf", True) else None
         self._diagnostics = Diagnostics("odometry", address)
         rospy.Service("reset_odometry", ResetOdometry, self._on_reset)
@@ -57,6 +61,7 @@ class OdometryNode:
             raise rospy.ServiceException(f"{request.x}, {request.y}, {request.phi} is not a pose")
         with self._lock:
             self._frame.reset(request.x, request.y, request.phi)
+        self._restarted.publish(Empty())
         return ResetOdometryResponse()
 
     def _poll(self) -> None:
@@ -82,6 +87,7 @@ class OdometryNode:
         if self._frame.restarts != self._restarts:
             self._restarts = self._frame.restarts
             rospy.logwarn("the robot's odometry has started again; %s goes on from where it was", self._odom_frame)
+            self._restarted.publish(Empty())
         self._publish(pose, reading, stamp)
 
     def _publish(self, pose: Pose, reading: Odometry, stamp: rospy.Time) -> None:

@@ -18,10 +18,12 @@ class ReadingCount:
 
     Attributes:
         stamp: When the newest reading came [s]; minus infinity until a second one has shown that the robot counts.
+        restarts: How often the count has gone back: the robot was started again, or its odometry was set.
     """
 
     def __init__(self) -> None:
         self.stamp = -math.inf
+        self.restarts = 0
         self._seq: int | None = None
         self._since = math.inf
 
@@ -34,9 +36,10 @@ class ReadingCount:
         """
         if seq == self._seq:
             return False
-        first, self._seq, self._since = self._seq is None, seq, now
-        if first:
+        last, self._seq, self._since = self._seq, seq, now
+        if last is None:
             return False
+        self.restarts += seq < last
         self.stamp = now
         return True
 

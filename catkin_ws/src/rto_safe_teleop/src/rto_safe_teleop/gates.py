@@ -59,6 +59,9 @@ class Gate(Protocol):
     def lose_odometry(self) -> None:
         """The program that measured the odometry has ended."""
 
+    def forget_surroundings(self) -> None:
+        """The odometry has started again, or was reset."""
+
     def receive_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         """A velocity of the pilot. An answer is to be sent at once."""
 
@@ -89,6 +92,9 @@ class RobotGate:
 
     def lose_odometry(self) -> None:
         self._odometry = None
+
+    def forget_surroundings(self) -> None:
+        self.gate.forget_surroundings()
 
     def receive_command(self, vx: float, vy: float, wz: float, now: float) -> Answer | None:
         self._command = Command(vx, vy, wz, now)
@@ -126,6 +132,9 @@ class BubbleGate:
 
     def lose_odometry(self) -> None:
         """Do nothing: the guide ignores odometry."""
+
+    def forget_surroundings(self) -> None:
+        """Do nothing: the guide remembers nothing."""
 
     def log_lines(self) -> str:
         """Return what the guide's node logs of the last command; empty before the first."""

@@ -1,7 +1,8 @@
 """The node safe_omni_drive: lets through what is safe of safe_cmd_vel.
 
 Subscribes: safe_cmd_vel (geometry_msgs/Twist), distance_sensors (sensor_msgs/PointCloud; its channel "range", or the
-            guide's formula backwards), bumper (std_msgs/Bool), odom (nav_msgs/Odometry).
+            guide's formula backwards), bumper (std_msgs/Bool), odom (nav_msgs/Odometry), odom_restarted
+            (std_msgs/Empty).
 Publishes:  cmd_vel (geometry_msgs/Twist), /diagnostics, and what `telepresence_ros.safety_topics` lists: safety,
             safety_state, safety_markers.
 Services:   stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger). Not for the bubble.
@@ -24,7 +25,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rto_node.robot_facts import SENSORS, ranges_of_guide_points
 from sensor_msgs.msg import PointCloud
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Empty
 from telepresence_ros.careful_switch import CarefulSwitch
 from telepresence_ros.diagnostics import OK, WARN, Diagnostics
 from telepresence_ros.kept_state import KeptState
@@ -72,6 +73,7 @@ class SafeDrive:
         for topic, kind, callback in (
             ("distance_sensors", PointCloud, self._on_distances),
             ("bumper", Bool, self._on_bumper),
+            ("odom_restarted", Empty, self._on_odometry_restarted),
         ):
             rospy.Subscriber(topic, kind, callback, queue_size=1, tcp_nodelay=True)
 
@@ -140,6 +142,10 @@ class SafeDrive:
     def _on_odometry_lost(self) -> None:
         with self._lock:
             self._gate.lose_odometry()
+
+    def _on_odometry_restarted(self, _: Empty) -> None:
+        with self._lock:
+            self._gate.forget_surroundings()
 
     def stop(self, reason: str) -> None:
         """Stop and stay stopped; `reason` completes "Stopped: ..."."""

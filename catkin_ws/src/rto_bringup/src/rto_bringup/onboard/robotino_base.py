@@ -78,6 +78,7 @@ class RobotinoBase(DrivenBase):
         self._gate.restore(self._kept.read())
         self._wheels = _Wheels()
         self._odometry: Odometry | None = None
+        self._restarts = 0
         self._newest: PilotVelocity | None = None
         self._stamp = -math.inf
         self._late_at = math.inf
@@ -146,6 +147,10 @@ class RobotinoBase(DrivenBase):
             self._readings.put_nowait(reading)
 
     def _take(self, reading: Reading) -> None:
+        if reading.restarts != self._restarts:
+            self._restarts = reading.restarts
+            log.warning("the robot's odometry has started again; what was seen before is forgotten")
+            self._gate.forget_surroundings()
         self._gate.update_ranges("infrared", reading.stamp, reading.distances)
         self._gate.update_bumper(reading.stamp, reading.bumper)
         if reading.scan is not None:

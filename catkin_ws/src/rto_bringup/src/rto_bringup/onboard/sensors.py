@@ -32,6 +32,7 @@ class Reading(NamedTuple):
         distances: Of the infrared sensors [m].
         odometry: Stamped when the robot last counted a reading; None until it has counted one.
         scan: None in cycles without a new one.
+        restarts: How often odometry has started again.
     """
 
     stamp: float
@@ -39,6 +40,7 @@ class Reading(NamedTuple):
     bumper: bool
     odometry: Odometry | None
     scan: Scan | None
+    restarts: int = 0
 
 
 class Sensors:
@@ -101,4 +103,4 @@ class Sensors:
             scan = scan if fresh else None
         if self._count.take(odometry.seq, stamp):
             self._odometry = Odometry(odometry.x, odometry.y, odometry.phi, stamp)
-        return Reading(stamp, distances, bumper, self._odometry, scan)
+        return Reading(stamp, distances, bumper, self._odometry, scan, self._count.restarts)
