@@ -236,4 +236,5 @@ class VelocityGate:
                 self._bumper_latch.forget_heading()
             self._interruption = "Odometry jumped."
             return self._interruption
+        self._bumper_latch.move(odometry.x, odometry.y)
         return ""

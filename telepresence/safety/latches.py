@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+TRIED = 0.03
+"""How far a pilot may drive with a bumper pressed to find out where it is free [m]: farther than any bumper gives."""
+
 
 class Latched(NamedTuple):
     """What holds until a person resets it: why the robot is stopped (empty: it is not), whether a bumper was hit."""
@@ -48,6 +51,9 @@ class StopLatch:
 class BumperLatch:
     """A bump: until it is reset only slow motion away from it is allowed.
 
+    Where nothing is known about the contact (bumped while standing, or in a gate that has died since), the pilot tries:
+    a way that has led farther than `TRIED` from where the bumper was pressed, and has not released it, goes no farther.
+
     Attributes:
         pressed: A bumper is pressed now.
         latched: Not yet reset.
@@ -57,23 +63,42 @@ class BumperLatch:
     pressed: bool = False
     latched: bool = False
     heading: float | None = None
+    _begin: tuple[float, float] | None = None
+    _way: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def message(self) -> str:
+        """A sentence for the pilot while it is latched."""
+        if self.heading is not None:
+            return "A bumper was hit: only away from it, slowly, until it is reset."
+        if self.pressed:
+            return f"A bumper was hit, where is not known: slowly, {100 * TRIED:.0f} cm at most unless that frees it."
+        return "A bumper was hit, where is not known: slowly, until it is reset."
 
     def press(self, heading: float | None) -> None:
         self.pressed = self.latched = True
         self.heading = heading
+        self._stay()
 
     def restore(self) -> None:
         """Take over the bump of a gate that has died; where it was is not known any more."""
         self.latched = True
 
+    def move(self, x: float, y: float) -> None:
+        """Take the robot's place in the odometry frame [m]; call it for every pose."""
+        self._begin = self._begin or (x, y)
+        self._way = x - self._begin[0], y - self._begin[1]
+
     def turn(self, angle: float) -> None:
         """The odometry frame has been turned by `angle` [rad] around the robot."""
         if self.heading is not None:
             self.heading += angle
+        self._stay()
 
     def forget_heading(self) -> None:
         """The odometry frame is another one; where the contact was is not known any more."""
         self.heading = None
+        self._stay()
 
     def release(self) -> None:
         self.pressed = False
@@ -87,8 +112,15 @@ class BumperLatch:
         return True
 
     def normal(self, theta: float) -> tuple[float, float] | None:
-        """Return the direction of the contact in base_link for the robot's heading `theta`; None if unknown."""
-        if self.heading is None:
+        """Return the direction in base_link, for the robot's heading `theta`, into which nothing may drive: that of the
+        contact, or of a way that did not release the bumper. None if there is none."""
+        heading = self.heading
+        if heading is None and self.pressed and math.hypot(*self._way) >= TRIED:
+            heading = math.atan2(self._way[1], self._way[0])
+        if heading is None:
             return None
-        bearing = self.heading - theta
-        return math.cos(bearing), math.sin(bearing)
+        return math.cos(heading - theta), math.sin(heading - theta)
+
+    def _stay(self) -> None:
+        """Count the way from here on."""
+        self._begin, self._way = None, (0.0, 0.0)

@@ -29,7 +29,7 @@ class TickState:
         now: [s].
         obstacles: Those near enough to limit the motion.
         caps: (72,) fastest driving that sensors and latches permit, obstacles aside [m/s].
-        bumped: Whether a bumper is latched.
+        bumped: A sentence about a bump that is latched; empty if none is.
         usable: Whether some range source is live and none sends invalid values.
         complaint: A sentence about the first source that is not live; empty if all are.
     """
@@ -49,7 +49,7 @@ class TickState:
         for echo in known_obstacles.echoes():
             self.obstacles = self.obstacles.with_echo(echo, profile)
         self.caps, self._blind, self.usable, self.complaint = _sensor_caps(profile, timeouts, now)
-        self.bumped = bumper_latch.latched
+        self.bumped = bumper_latch.message if bumper_latch.latched else ""
         if bumper_latch.latched:
             self.caps = np.minimum(self.caps, profile.limits.escape_speed)
             normal = bumper_latch.normal(theta)

@@ -80,7 +80,7 @@ class VelocityShaper:
         given = math.hypot(math.hypot(*permitted), TURN_ARM * requested_turn * turned)
         state = self._state_filter.update(now, requested, given)
         if tick.bumped:
-            state, cause = State.BUMPED, "A bumper was hit: only away from it, slowly, until it is reset."
+            state, cause = State.BUMPED, tick.bumped
         index = tick.tightest(vx, vy) if state is not State.CLEAR else None
         reason = self._explain(state, cause, math.hypot(*permitted), tick, index)
 
