@@ -9,7 +9,7 @@ import ipaddress
 from collections.abc import Iterable
 
 from telepresence.security.outside_text import clean
-from telepresence.teleop.accounts import LONGEST_NAME, UserError, Users, is_guest_name
+from telepresence.teleop.accounts import LONGEST_NAME, Try, UserError, Users, is_guest_name
 from telepresence.teleop.invitations import Invitation, Invitations
 from telepresence.teleop.key_agreement import OPEN, public_key
 from telepresence.teleop.known_accounts import KnownAccounts
@@ -35,18 +35,30 @@ class Entrance:
         """Return whether somebody at this address needs a password."""
         return self._sign_in or not _is_loopback(address)
 
-    def admit(self, name: str, password: str, address: str) -> Account:
+    def count_try(self, name: str, password: str, longest: float) -> Try:
+        """Count a try to come in by `admit`.
+
+        Args:
+            longest: [s] for which it may have to wait before it is decided.
+        Raises:
+            QueueFull: It would wait longer.
+            UserError: The accounts cannot be used.
+        """
+        return self._users.count_try(name, longest=longest) if self._sign_in or password else Try()
+
+    def admit(self, name: str, password: str, address: str, counted: Try) -> Account:
         """Return the account of somebody with a password; at this very machine, where nobody signs in, everybody's.
 
         Args:
             address: From which the request came.
+            counted: By `count_try`; it has waited.
         Raises:
             UserError: The person may not come in.
         """
         if self._sign_in:
-            return self._users.check(name, password)
+            return self._users.decide(name, password, counted)
         if password:
-            account = self._users.check(name, password)
+            account = self._users.decide(name, password, counted)
             return dataclasses.replace(account, public=OPEN.lease, credential=OPEN)
         if not _is_loopback(address):
             raise UserError("From another machine one comes in by a link (./stack invite) or with a password.")

@@ -18,10 +18,12 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import logging
+import math
 import time
+from collections import Counter
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, TypeVar
 
 from aiohttp import web
 
@@ -31,7 +33,7 @@ from telepresence.page.audit import Audit
 from telepresence.page.entrance import Entrance
 from telepresence.page.proxy import Proxy, way_of
 from telepresence.page.sign_ins import LIFE, SignIn, SignIns
-from telepresence.teleop.accounts import UserError, is_guest_name
+from telepresence.teleop.accounts import LONGEST_PAUSE, LONGEST_QUEUE, QueueFull, Try, UserError, is_guest_name
 from telepresence.teleop.invitations import Invitation, may_invite
 from telepresence.teleop.lease_messages import Account
 
@@ -41,8 +43,13 @@ MOST_AT_ONCE = 2
 """Passwords that are checked at the same time: each takes 0.1 s of a core and some memory."""
 MOST_WAITING = 16
 """Further ones that wait for that."""
+MOST_PATIENT, MOST_PATIENT_OF_ONE = 64, 2
+"""Tries that wait for their turn, after wrong ones for the same name: in all, and of one address."""
+AT_ONCE = 0.5
+"""[s] for which a try may wait and counts as one that does not: less than after any wrong one."""
 REVISED = 0.5
 """[s] between two looks at whether those who are in still may be."""
+Found = TypeVar("Found")
 _COOKIE = {"secure": True, "httponly": True, "samesite": "Strict"}
 
 
@@ -68,9 +75,10 @@ class SignInRoutes:
         self._entrance, self._sign_ins, self._audit = entrance, sign_ins, audit
         self._robots, self._left = robots, left
         self._attempts = Attempts()
-        # Threads of their own: some tries wait for seconds, and each thread keeps the memory of one check.
+        # Threads of their own: each keeps the memory of one check.
         self._checkers = ThreadPoolExecutor(MOST_AT_ONCE, thread_name_prefix="passwords")
         self._waiting = 0
+        self._patient: Counter[str] = Counter()
 
     def routes(self) -> list[web.RouteDef]:
         """Return what aiohttp serves."""
@@ -153,11 +161,15 @@ class SignInRoutes:
         wait = max(self._attempts.wait(key, time.monotonic()) for key in counted)
         if wait or self._waiting >= MOST_WAITING:
             self._audit.sample("refused, too many tries", address=address)
-            return refuse(429, f"Too many tries. Wait {wait:.0f} s." if wait else "Too many people try to come in.")
+            reason = f"Too many tries. Wait {wait:.0f} s." if wait else "Too many people try to come in."
+            return refuse(429, reason, wait or 1.0)
         for key in counted:
             self._attempts.note(key, time.monotonic())
         try:
             account, invitation = await self._admit(fields, way.client)
+        except QueueFull as error:
+            self._audit.sample("refused, too many tries", address=address)
+            return refuse(429, str(error), LONGEST_PAUSE)
         except UserError as error:
             self._audit.sample("refused at the entrance", name=fields["name"][:64], address=address)
             return refuse(403, str(error))
@@ -175,13 +187,32 @@ class SignInRoutes:
     async def _admit(self, fields: dict[str, str], address: str) -> tuple[Account, Invitation | None]:
         if "invitation" in fields:
             return await asyncio.to_thread(self._entrance.accept, fields["invitation"], fields["name"])
-        words = fields["name"], fields["password"], address
+        name, password = fields["name"], fields["password"]
+        counted = await self._wait_for_turn(name, password, network(address))
+        return await self._on_checker(self._entrance.admit, name, password, address, counted), None
+
+    async def _on_checker(self, work: Callable[..., Found], *words: object) -> Found:
         self._waiting += 1
         try:
-            loop = asyncio.get_running_loop()
-            return await loop.run_in_executor(self._checkers, self._entrance.admit, *words), None
+            return await asyncio.get_running_loop().run_in_executor(self._checkers, work, *words)
         finally:
             self._waiting -= 1
+
+    async def _wait_for_turn(self, name: str, password: str, address: str) -> Try:
+        """Return once a try may be decided, without a thread: whoever tries another name needs them. Raises UserError.
+
+        Tries of an address that waits already are refused if they would wait, too: they would be all of a name's queue.
+        """
+        patient = self._patient[address] < MOST_PATIENT_OF_ONE and self._patient.total() < MOST_PATIENT
+        self._patient[address] += 1  # several at the same moment are several
+        try:
+            longest = LONGEST_QUEUE if patient else AT_ONCE
+            counted = await self._on_checker(self._entrance.count_try, name, password, longest)
+            await asyncio.sleep(counted.wait)
+        finally:
+            self._patient[address] -= 1
+            self._patient += Counter()  # forgets those of whom none waits
+        return counted
 
     async def _leave(self, request: web.Request) -> web.StreamResponse:
         sign_in = self.who(request)
@@ -284,6 +315,7 @@ async def read_fields(request: web.Request, *shapes: dict[str, type]) -> dict[st
     raise web.HTTPBadRequest(reason=f"The body must be JSON with {names}.")
 
 
-def refuse(status: int, reason: str) -> web.Response:
-    """Return an answer that says why not."""
-    return web.json_response({"reason": reason}, status=status)
+def refuse(status: int, reason: str, wait: float = 0.0) -> web.Response:
+    """Return an answer that says why not, and after how many seconds it might be another one; 0 for never."""
+    headers = {"Retry-After": f"{math.ceil(wait)}"} if wait else None
+    return web.json_response({"reason": reason}, status=status, headers=headers)

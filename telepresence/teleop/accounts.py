@@ -19,6 +19,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from telepresence.security import private_database
 from telepresence.teleop import password_key
@@ -53,6 +54,22 @@ each moves to `accounts` when its person signs in. `lease`: the private key by w
 
 class UserError(ValueError):
     """An account could not be used or changed; the text is for the person."""
+
+
+class QueueFull(UserError):
+    """A try would wait for longer than it may: so many others are before it."""
+
+
+class Try(NamedTuple):
+    """A try to sign in that is counted as wrong, until it has been right.
+
+    Args:
+        failed: Wrong ones in a row, with this one.
+        wait: [s] for which it is not to be decided yet.
+    """
+
+    failed: int = 0
+    wait: float = 0.0
 
 
 _GUEST = re.compile(r".+ \(guest( \d+)?\)")
@@ -143,17 +160,31 @@ class Users:
         Raises:
             UserError: It is wrong. The text does not say whether the name or the password was.
         """
-        now = time.time() if now is None else now
-        name = name.strip()[:LONGEST_NAME].encode(errors="replace").decode()  # half a character cannot be looked up
-        password = password[:LONGEST_PASSWORD]
+        counted = self.count_try(name, now)
+        if counted.wait:
+            sleep(counted.wait)
+        return self.decide(name, password, counted)
+
+    def count_try(self, name: str, now: float | None = None, longest: float = LONGEST_QUEUE) -> Try:
+        """Begin what `check` does, for whoever waits without a thread.
+
+        Args:
+            now: The time [s since 1970]; by default the clock's.
+            longest: [s] for which the try may have to wait.
+        Raises:
+            QueueFull: It would wait longer; it is not counted.
+        """
         with self._open() as database:
-            failed, wait = _count_try(database, name, now)
+            return _count_try(database, _looked_up(name), time.time() if now is None else now, longest)
+
+    def decide(self, name: str, password: str, counted: Try) -> Account:
+        """End what `count_try` has begun, once the try has waited; see `check`. Raises UserError."""
+        name, password = _looked_up(name), password[:LONGEST_PASSWORD]
+        with self._open() as database:
             row = database.execute("SELECT * FROM accounts WHERE name = ?", (name,)).fetchone()
             old = database.execute("SELECT role, rank, salt, key FROM users WHERE name = ?", (name,)).fetchone()
             any_old = database.execute("SELECT 1 FROM users").fetchone() is not None
             lease = self._lease_key(database)
-        if wait:
-            sleep(wait)
         # The same work in every case, or the response time would reveal which names exist.
         nobody = (name, "", 0, *self._cost, password_key.salt_of_nobody(name, lease), secrets.token_bytes(32))
         name, role, rank, passes, memory, lanes, salt, public = row or nobody
@@ -166,7 +197,7 @@ class Users:
             if right_then and not right:
                 right, upgrade, role, rank = True, True, role_then, rank_then
         if not right:
-            raise UserError(f"Wrong name or password. {_what_follows(failed)}")
+            raise UserError(f"Wrong name or password. {_what_follows(counted.failed)}")
         account = Account(name, role, rank, public, Credential(private, public_key(lease)))
         if upgrade:
             account, salt = self._renew(account, password)
@@ -215,12 +246,11 @@ class Users:
             ) from error
 
 
-def _count_try(database: sqlite3.Connection, name: str, now: float) -> tuple[int, float]:
-    """Count a try as wrong until it has been right; return how many there are with it, and how long it waits [s].
+def _looked_up(name: str) -> str:
+    return name.strip()[:LONGEST_NAME].encode(errors="replace").decode()  # half a character cannot be looked up
 
-    Raises:
-        UserError: Too many wait already.
-    """
+
+def _count_try(database: sqlite3.Connection, name: str, now: float, longest: float) -> Try:
     database.execute("BEGIN IMMEDIATE")  # tries made at the same moment count, and wait, one by one
     database.execute("DELETE FROM tries WHERE last < ?", (now - FORGIVEN,))
     # Whoever waits, waits no longer than this: a later time is of a clock that was set back since.
@@ -228,11 +258,11 @@ def _count_try(database: sqlite3.Connection, name: str, now: float) -> tuple[int
     row = database.execute("SELECT failed, last FROM tries WHERE name = ?", (name,)).fetchone()
     failed, last = row or (0, now)
     turn = max(now, last + _pause(failed))
-    if turn - now > LONGEST_QUEUE:
-        raise UserError("Many others try this name at this moment. Try again in a minute.")
+    if turn - now > longest:
+        raise QueueFull("Many others try this name at this moment. Try again in a minute.")
     database.execute("INSERT OR REPLACE INTO tries VALUES (?, ?, ?)", (name, failed + 1, turn))
     database.commit()
-    return failed + 1, turn - now
+    return Try(failed + 1, turn - now)
 
 
 def _pause(failed: int) -> float:

@@ -34,6 +34,7 @@ from telepresence.page.browser_messages import MOST_PER_SECOND
 from telepresence.page.commands import REQUESTS
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
+from telepresence.teleop.accounts import TRIES as FREE_TRIES
 from telepresence.teleop.accounts import Users
 from telepresence.teleop.invitations import Invitations, beside
 
@@ -62,7 +63,8 @@ FACTS = (b"Pepper", b"anna", b"pilot_page")
 
 @dataclasses.dataclass
 class Station:
-    """A robot that is but its topics, its drive_lease and its page; anna has an account, will one for watching."""
+    """A robot that is but its topics, its drive_lease and its page; anna has an account, will and wendy have one for
+    watching."""
 
     stranger: Stranger
     invitations: Invitations
@@ -89,7 +91,8 @@ def station(tmp_path_factory, free_port, wait_until) -> Iterator[Station]:
     environment = {**os.environ, "ROS_MASTER_URI": uri, "ROS_HOME": str(folder / "ros"), "ROS_IP": "127.0.0.1"}
     users = Users(folder / "users.db", CHEAP)
     users.add("anna", PASSWORD, "pilot")
-    users.add("will", PASSWORD, "watcher")
+    for name in ("will", "wendy"):
+        users.add(name, PASSWORD, "watcher")
     programs = ROOT / "catkin_ws/devel/lib"
     quiet = {"env": environment, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     started = [processes.start(["rosmaster", "--core", "-p", str(port)], **quiet)]
@@ -400,6 +403,28 @@ def test_ten_thousand_wrong_passwords_and_links(driven):
         found = sum(threads.map(lambda n: driven.stranger.flood(words, f"127.0.0.{n}"), range(20, 25)), Counter())
     assert found.total() == 10_000 and set(found) == {403, 429}
     assert found[403] <= 5 * 2 * MOST
+
+
+def test_wrong_passwords_for_one_name(driven, wait_until):
+    """From one address, as fast as they are answered: they delay that name, and nobody else."""
+
+    def seconds() -> float:
+        begin, fields = time.monotonic(), {"name": "wendy", "password": PASSWORD}
+        enters = lambda: driven.stranger.ask("POST", "/enter", fields, sender="127.0.0.9")[0] == 200  # noqa: E731
+        wait_until(enters, "wendy comes in")  # again and again: a busy disk may lock the accounts
+        return time.monotonic() - begin
+
+    def status(_: int) -> int:
+        fields = {"name": "mallory", "password": "x" * 8}
+        return driven.stranger.ask("POST", "/enter", fields, sender="127.0.0.30")[0]
+
+    undisturbed = max(seconds() for _ in range(2))
+    with ThreadPoolExecutor(MOST) as threads:
+        tries = [threads.submit(status, number) for number in range(MOST)]
+        wait_until(lambda: sum(one.done() for one in tries) >= FREE_TRIES, "the others wait, or are refused")
+        disturbed = max(seconds() for _ in range(2))
+        assert disturbed < 3.0 * undisturbed + 2.0
+        assert Counter(one.result() for one in tries).keys() == {403, 429}
 
 
 def test_offers_without_end(driven):

@@ -10,6 +10,7 @@ from page_server import ANNA, WILL, serve
 from telepresence.page import sign_in_routes
 from telepresence.page.attempts import MOST
 from telepresence.page.sign_ins import COOKIE
+from telepresence.teleop.accounts import Try
 
 LINK = {"role": "pilot", "hours": 2, "once": False}
 GUEST = "Lena (guest)"
@@ -153,8 +154,8 @@ def test_where_nobody_signs_in_only_this_machine_comes_in_without_a_link(on_page
         assert await client.status("POST", "/enter", {"name": GUEST, "password": ""}) == 403
         for address in ("192.0.2.1", "2001:db8::1", "", "::ffff:192.0.2.1"):
             with pytest.raises(ValueError, match="link"):
-                entrance.admit("Ben", "", address)
-        will = entrance.admit(WILL["name"], WILL["password"], "192.0.2.1")
+                entrance.admit("Ben", "", address, Try())
+        will = entrance.admit(WILL["name"], WILL["password"], "192.0.2.1", Try())
         assert will.role == "watcher"
 
     on_page(scenario, sign_in=False)
