@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import http.client
 import json
 import threading
@@ -18,6 +19,7 @@ class CorruptingProxy:
         spoil: Path -> what becomes of the body of its answer. A function may wait: that is a robot that hangs.
         delay: Path -> seconds that pass before the robot gets the request.
         missing: Paths that are answered with 404.
+        asked: Path -> requests that have arrived.
         put: What was written, as (when it was passed on [s, monotonic], path, value).
     """
 
@@ -25,6 +27,7 @@ class CorruptingProxy:
         self.spoil: dict[str, Callable[[bytes], bytes]] = {}
         self.delay: dict[str, float] = {}
         self.missing: set[str] = set()
+        self.asked: collections.Counter[str] = collections.Counter()
         self.put: list[tuple[float, str, Any]] = []
         proxy = self
 
@@ -48,7 +51,9 @@ class CorruptingProxy:
                     self.send_header("Content-Length", "0")
                     self.end_headers()
                     return
-                time.sleep(proxy.delay.get(path, 0.0))
+                delay = proxy.delay.get(path, 0.0)
+                proxy.asked[path] += 1
+                time.sleep(delay)
                 if self.command == "PUT":
                     proxy.put.append((time.monotonic(), path, json.loads(asked)))
                 kind = {"Content-Type": self.headers.get("Content-Type") or "application/json"}

@@ -32,7 +32,8 @@ TIMEOUT = 0.5
 PICTURE_TIMEOUT = 2.0
 """Seconds allowed for a whole picture, of which a piece must come within `TIMEOUT`."""
 SHORTEST_BACK_OFF, LONGEST_BACK_OFF = 0.1, 0.3
-"""Seconds without a new attempt after a failure; doubled from one failure to the next."""
+"""Seconds without a new attempt after a failure; doubled from one failure to the next. None after an answer that did
+not come in time: that was a pause already."""
 DEFAULT_PORT = 80
 MAX_DATA, MAX_PICTURE = 256 * 1024, 8 * 1024 * 1024
 """Largest answer that is read, of /data and of /cam0 [bytes]. A scan has about 10 000."""
@@ -291,7 +292,8 @@ class RobotinoClient:
             if self._connection is not None:
                 self._connection.abandon()
                 self._connection = None
-            self._back_off = min(LONGEST_BACK_OFF, max(SHORTEST_BACK_OFF, 2.0 * self._back_off))
+            late = isinstance(error, TimeoutError)
+            self._back_off = 0.0 if late else min(LONGEST_BACK_OFF, max(SHORTEST_BACK_OFF, 2.0 * self._back_off))
             self._not_before = self._clock() + self._back_off
             cause = clean(_cause(error, time_allowed or self._timeout), ERROR_LENGTH)
             self._failure = f"Robotino at {self.address} does not answer: {cause}"

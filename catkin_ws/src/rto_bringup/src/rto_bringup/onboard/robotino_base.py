@@ -1,5 +1,5 @@
 """The base of a Robotino as the drive server drives it: the only program that commands this robot's wheels, with no
-network between it and them.
+network between it and them but that of a computer that rides on the robot.
 
 What pilots command (`telepresence.drive.server`) in, sensors from the robot's web server in, the gate of
 `telepresence.safety` between, velocities to the web server out.
@@ -13,23 +13,18 @@ the watchdog ends it.
 from __future__ import annotations
 
 import contextlib
-import logging
 import math
 import queue
-import time
 from dataclasses import dataclass
-
-from rto_node.client import RobotinoClient, RobotinoError
 
 from rto_bringup.onboard.kept_latches import KeptLatches
 from rto_bringup.onboard.laser_beams import ranges_of_beams
 from rto_bringup.onboard.sensors import Reading, Sensors
+from rto_bringup.onboard.velocity_writer import VelocityWriter
 from telepresence.drive.datagram import Goal
 from telepresence.drive.pilots import SILENCE, Pilots, PilotVelocity
 from telepresence.drive.server import AT_REST, DrivenBase, Outcome
 from telepresence.safety import ROBOTINO, ROBOTINO_LASER, Command, Odometry, State, VelocityGate
-
-log = logging.getLogger(__name__)
 
 LATE = 0.12
 """Seconds after a pilot's last velocity, of which there are 20 a second, at which the base begins to brake: two are
@@ -40,10 +35,6 @@ SLOW, SLOW_TURN = 0.12, 0.5
 """Speeds below which the watchdog may end a gentle stop: nobody feels it [m/s, rad/s]."""
 ROBOTS_WATCHDOG = 0.2
 """Seconds without a velocity after which the base stops its motors (wiki.openrobotino.org, Rest api)."""
-WRITE_TIMEOUT = 0.15
-"""Seconds within which the robot's web server must accept a velocity; it is on the same machine."""
-FAULT_TIME = 0.5
-"""Seconds for which a velocity that the robot's web server did not take is reported as a fault."""
 MAX_READINGS = 40
 STAMP_STEP = 1e-6
 """Seconds by which a command's stamp is later than that of the one before, at least."""
@@ -59,7 +50,7 @@ class _Wheels:
 
 class RobotinoBase(DrivenBase):
     """The robot's wheels behind the gate, with the robot's own sensors, which are read within `with`. One thread, but
-    for the sensors'.
+    for the sensors' and the writer's.
 
     Args:
         robot: The robot's own web server.
@@ -70,10 +61,10 @@ class RobotinoBase(DrivenBase):
     """
 
     def __init__(self, robot: str, laser: bool, kept: KeptLatches | None = None) -> None:
-        self._client = RobotinoClient(robot, timeout=WRITE_TIMEOUT)
+        self._writer = VelocityWriter(robot)
         self._readings: queue.Queue[Reading] = queue.Queue(MAX_READINGS)
-        self._sensors = Sensors(robot, laser, self._store)
-        self._gate = VelocityGate(ROBOTINO_LASER if laser else ROBOTINO)
+        self._sensors = ParallelSensors(robot, laser, self._store)
+        self._gate = VelocityGate(ROBOTINO_LASER if laser else ROBOTINO, bumper=True)
         self._kept = kept or KeptLatches(None)
         self._gate.restore(self._kept.read())
         self._wheels = _Wheels()
@@ -82,7 +73,6 @@ class RobotinoBase(DrivenBase):
         self._newest: PilotVelocity | None = None
         self._stamp = -math.inf
         self._late_at = math.inf
-        self._write_problem, self._write_failed = "", -math.inf
 
     def __enter__(self) -> RobotinoBase:
         self._sensors.start()
@@ -90,7 +80,7 @@ class RobotinoBase(DrivenBase):
 
     def __exit__(self, *_: object) -> None:
         self._sensors.close()
-        self._client.close()
+        self._writer.close()
 
     def do(self, what: str, who: str) -> tuple[bool, str]:
         done = self._do(what, who)
@@ -118,9 +108,7 @@ class RobotinoBase(DrivenBase):
         given = (decision.vx, decision.vy, decision.wz) if command is not None and not late else AT_REST
         self._give(now, given, late or (command is None and pilots.cut))
         self._late_at = math.inf if command is None or late else pilots.deadline() - SILENCE + LATE
-        # What one write met counts for a moment only: nobody writes while nobody drives, and nothing would clear it.
-        failed = self._write_problem if now - self._write_failed <= FAULT_TIME else ""
-        problem = failed or self._sensors.problem
+        problem = self._writer.problem(now) or self._sensors.problem
         return Outcome(
             State.FAULT.value if problem else decision.state.value,
             f"On the robot: {problem}." if problem else decision.reason,
@@ -138,6 +126,7 @@ class RobotinoBase(DrivenBase):
     def end(self) -> None:
         if any(self._wheels.velocity):
             self._write(AT_REST)
+            self._writer.finish()
         self._kept.forget()
 
     # --- inside ------------------------------------------------------------------------------------------------------
@@ -185,13 +174,7 @@ class RobotinoBase(DrivenBase):
         self._write(velocity)
 
     def _write(self, velocity: tuple[float, float, float]) -> None:
-        try:
-            self._client.drive(*velocity)
-            self._write_problem = ""
-        except RobotinoError as error:
-            if not self._write_problem:
-                log.error("%s", error)
-            self._write_problem, self._write_failed = str(error), time.monotonic()
+        self._writer.write(velocity)
 
 
 def gentle_time(vx: float, vy: float, wz: float) -> float:
