@@ -259,6 +259,11 @@ def test_a_bumper_is_neither_pressed_nor_free_by_an_ambiguous_answer(bad_server,
         RobotinoClient(bad_server(http_answer(body)).address).bumper()
 
 
+def test_odometry_may_have_values_that_nobody_knows(bad_server):
+    client = RobotinoClient(bad_server(http_answer(b"[1,2,0.5,0.1,0,0,27501,null]")).address)
+    assert client.odometry() == (1.0, 2.0, 0.5, 0.1, 0.0, 0.0, 27501)
+
+
 @pytest.mark.parametrize(("value", "pressed"), [("0", False), ("1", True), ("false", False), ("true", True)])
 def test_a_bumper_is_a_truth_or_a_bit(bad_server, value, pressed):
     client = RobotinoClient(bad_server(http_answer(f'{{"value":{value}}}'.encode())).address)

@@ -121,7 +121,7 @@ class RobotinoClient:
 
     def odometry(self) -> Odometry:
         """Raises RobotinoError, as all of these do."""
-        answer = self._array("odometry", 7)
+        answer = self._array("odometry", 7, more=True)  # one robot is known to have sent an eighth value
         x, y, phi, vx, vy, omega = (self._number(value, "odometry") for value in answer[:6])
         return Odometry(x, y, phi, vx, vy, omega, int(self._number(answer[6], "odometry", LARGEST_COUNT)))
 
@@ -248,11 +248,12 @@ class RobotinoClient:
             raise self._refused(f"{name} has no {member!r}: {_start(answer)}")
         return answer[member]
 
-    def _array(self, name: str, count: int) -> list[Any]:
+    def _array(self, name: str, count: int, more: bool = False) -> list[Any]:
+        """The first `count` values; there may be `more`, or no others."""
         answer = self._get(name)
-        if not isinstance(answer, list) or len(answer) != count:
+        if not isinstance(answer, list) or len(answer) < count or (len(answer) > count and not more):
             raise self._refused(f"{name} has not {count} values: {_start(answer)}")
-        return answer
+        return answer[:count]
 
     def _numbers(self, name: str, count: int) -> tuple[float, ...]:
         return tuple(self._number(value, name) for value in self._array(name, count))
