@@ -115,3 +115,11 @@ def test_the_simulated_robots_of_both_are_as_the_arguments_say():
     guarded = nodes("both", "safety:=false", "rank:=3")
     assert guarded["naoqi_driver"][1]["safety"] is False and guarded["rto_drive_link"][1]["rank"] == 3
     assert guarded["robot_control_node"][1]["people"] == ""
+
+
+@pytest.mark.parametrize("address", ["192.168.0.1", "192.168.0.1:80", "http://192.168.0.1:80", "http://192.168.0.1/"])
+def test_the_programs_on_a_robotino_are_looked_for_at_its_address(address):
+    settings = (f"hostname:={address}", "gate:=robot", "voice:=true")
+    started = nodes_of(PACKAGES / "rto_bringup/launch/rto.launch", *settings)
+    addresses = {words[word] for _, words in started.values() for word in ("server", "sender") if word in words}
+    assert addresses == {"192.168.0.1:8082", "192.168.0.1:8083", "192.168.0.1:8084"}
