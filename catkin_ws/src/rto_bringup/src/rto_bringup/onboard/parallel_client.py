@@ -1,14 +1,12 @@
-"""The robot's sensors, asked side by side: a reading is as old as the slowest of its answers, not as all of them."""
+"""A Robotino whose sensors are asked side by side: a reading is as old as the slowest of its answers, not as all of
+them together."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
 from rto_node.client import Odometry, RobotinoClient
-
-from rto_bringup.onboard.sensors import TIMEOUT, Reading, Sensors
 
 
 class ParallelClient(RobotinoClient):
@@ -16,7 +14,7 @@ class ParallelClient(RobotinoClient):
     `odometry` return what was answered then, once for each `distances`.
 
     Args:
-        address: Of the robot's web server.
+        address: The robot's web server.
         timeout: Seconds to connect, and to wait for each answer.
     """
 
@@ -50,11 +48,3 @@ class ParallelClient(RobotinoClient):
         for thread, client in zip(self._threads, self._clients, strict=True):
             thread.submit(client.close)
             thread.shutdown()
-
-
-class ParallelSensors(Sensors):
-    """Sensors that are asked side by side."""
-
-    def __init__(self, address: str, laser: bool, take: Callable[[Reading], None]) -> None:
-        super().__init__(address, laser, take)
-        self._client = ParallelClient(address, TIMEOUT)

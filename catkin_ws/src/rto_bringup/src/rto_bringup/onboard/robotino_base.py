@@ -13,6 +13,7 @@ the watchdog ends it.
 from __future__ import annotations
 
 import contextlib
+import logging
 import math
 import queue
 from dataclasses import dataclass
@@ -25,6 +26,8 @@ from telepresence.drive.datagram import Goal
 from telepresence.drive.pilots import SILENCE, Pilots, PilotVelocity
 from telepresence.drive.server import AT_REST, DrivenBase, Outcome
 from telepresence.safety import ROBOTINO, ROBOTINO_LASER, Command, Odometry, State, VelocityGate
+
+log = logging.getLogger(__name__)
 
 LATE = 0.12
 """Seconds after a pilot's last velocity, of which there are 20 a second, at which the base begins to brake: two are
@@ -63,7 +66,7 @@ class RobotinoBase(DrivenBase):
     def __init__(self, robot: str, laser: bool, kept: KeptLatches | None = None) -> None:
         self._writer = VelocityWriter(robot)
         self._readings: queue.Queue[Reading] = queue.Queue(MAX_READINGS)
-        self._sensors = ParallelSensors(robot, laser, self._store)
+        self._sensors = Sensors(robot, laser, self._store)
         self._gate = VelocityGate(ROBOTINO_LASER if laser else ROBOTINO, bumper=True)
         self._kept = kept or KeptLatches(None)
         self._gate.restore(self._kept.read())

@@ -8,9 +8,10 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-from rto_node.client import RobotinoClient, RobotinoError, Scan
+from rto_node.client import RobotinoError, Scan
 from rto_node.reading_count import ReadingCount
 
+from rto_bringup.onboard.parallel_client import ParallelClient
 from telepresence.safety import Odometry
 from telepresence.start_patience import StartPatience
 
@@ -56,7 +57,7 @@ class Sensors:
 
     def __init__(self, address: str, laser: bool, take: Callable[[Reading], None]) -> None:
         self.problem = "the robot's web server has not been asked yet"
-        self._client = RobotinoClient(address, timeout=TIMEOUT)
+        self._client = ParallelClient(address, timeout=TIMEOUT)
         self._laser = laser
         self._take = take
         self._last_scan: int | None = None
