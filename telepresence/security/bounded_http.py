@@ -14,6 +14,8 @@ import struct
 import time
 from typing import Any, NamedTuple
 
+from telepresence.security.name_lookup import NameLookup
+
 LARGEST_HEAD = 64 * 1024
 """Bytes of status line, headers, chunk sizes and trailers that an answer may have besides its body."""
 
@@ -35,22 +37,35 @@ class BoundedConnection(http.client.HTTPConnection):
 
     Args:
         host, port: Of the server.
-        timeout: Seconds to connect, and to wait for each piece of an answer.
+        timeout: Seconds to look the name up, to connect, and to wait for each piece of an answer.
+        lookup: Of this host, which remembers its addresses from one connection to the next.
     """
 
-    def __init__(self, host: str, port: int, timeout: float) -> None:
+    def __init__(self, host: str, port: int, timeout: float, lookup: NameLookup | None = None) -> None:
         super().__init__(host, port, timeout=timeout)
+        self._lookup = lookup or NameLookup(self.host, self.port)
         self._deadline = math.inf
         self._budget = 0
 
     def connect(self) -> None:
         """Open the connection; called by `http.client` when there is none."""
-        try:
-            plain = socket.create_connection((self.host, self.port), self._patience())
-        except UnicodeError as error:  # of a name with two dots in a row, for example
-            raise OSError(f"{self.host!r} is no address") from error
-        self.sock = _BoundedSocket(self, plain)
+        self.sock = _BoundedSocket(self, self._connected())
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def _connected(self) -> socket.socket:
+        """A socket that is connected to the first of the host's addresses that answers."""
+        failure: OSError = OSError(f"{self.host!r} has no address")
+        for family, kind, protocol, _, address in self._lookup.addresses(self._patience()):
+            plain = socket.socket(family, kind, protocol)
+            try:
+                plain.settimeout(self._patience())
+                plain.connect(address)
+                return plain
+            except OSError as error:
+                plain.close()
+                failure = error
+        self._lookup.doubt()
+        raise failure
 
     def exchange(
         self, method: str, path: str, body: bytes | None, headers: dict[str, str], deadline: float, limit: int

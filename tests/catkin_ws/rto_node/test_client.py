@@ -18,6 +18,8 @@ from rto_node.client import (
 
 from robotino_sim.simulation import Simulation
 
+DEADLINE = 30.0
+
 
 @pytest.fixture(scope="module")
 def simulation():
@@ -328,6 +330,56 @@ def test_an_answer_byte_by_byte_is_given_up_in_time(bad_server, wait_until):
     stop.set()
     thread.join()
     listener.close()
+
+
+class NameServer:
+    """Stands in for the system's look-up of one name, which waits until it `answers`."""
+
+    def __init__(self, monkeypatch):
+        self.answers, self.asked = threading.Event(), 0
+        self._really = socket.getaddrinfo
+        monkeypatch.setattr(socket, "getaddrinfo", self.look_up)
+
+    def look_up(self, host, port, *rest, flags=0, **more):
+        if host == "robotino.test" and not flags & socket.AI_NUMERICHOST:
+            self.asked += 1
+            self.answers.wait(DEADLINE)
+            host = "127.0.0.1"
+        return self._really(host, port, *rest, flags=flags, **more)
+
+
+@pytest.fixture
+def name_server(monkeypatch):
+    made = NameServer(monkeypatch)
+    yield made
+    made.answers.set()
+
+
+def named(server):
+    return f"robotino.test:{server.address.rpartition(':')[2]}"
+
+
+def test_a_name_server_that_does_not_answer_takes_no_longer_than_a_question_may(bad_server, name_server, wait_until):
+    client = RobotinoClient(named(bad_server(http_answer(b'{"value":true}'))), timeout=0.2)
+    for _ in range(2):
+        with pytest.raises(RobotinoUnreachable, match=r"nothing within 0.2 s"):
+            client.bumper()
+    assert name_server.asked == 1, "the first look-up still runs"
+    name_server.answers.set()
+    assert wait_until(lambda: answered(client), "the name is known") is True
+
+
+def test_a_name_that_was_found_once_is_not_looked_up_for_every_connection(bad_server, name_server):
+    name_server.answers.set()
+    server = bad_server(http_answer(b'{"value":true}'), close=True)
+    client = RobotinoClient(named(server), timeout=5.0)
+    assert [client.bumper() for _ in range(3)] == [True] * 3
+    assert server.connections == 3 and name_server.asked == 1
+
+
+def answered(client):
+    with contextlib.suppress(RobotinoUnreachable):
+        return client.bumper()
 
 
 def test_a_redirect_leads_nowhere(bad_server):

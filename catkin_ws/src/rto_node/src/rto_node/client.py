@@ -25,6 +25,7 @@ from rto_node.robot_facts import SENSORS
 from telepresence.geometry import require_finite
 from telepresence.host_port import parse_host_port
 from telepresence.security.bounded_http import BadAnswer, BoundedConnection
+from telepresence.security.name_lookup import NameLookup
 from telepresence.security.outside_text import clean
 
 TIMEOUT = 0.5
@@ -107,6 +108,7 @@ class RobotinoClient:
         self.host, self.port = parse_address(address)
         self._timeout = timeout
         self._clock = clock
+        self._lookup = NameLookup(self.host, self.port)
         self._connection: BoundedConnection | None = None
         self._back_off = 0.0
         self._not_before = -math.inf
@@ -304,7 +306,7 @@ class RobotinoClient:
 
     def _exchange(self, method: str, path: str, body: bytes | None, deadline: float, limit: int) -> tuple[int, bytes]:
         if self._connection is None:
-            self._connection = BoundedConnection(self.host, self.port, self._timeout)
+            self._connection = BoundedConnection(self.host, self.port, self._timeout, self._lookup)
         headers = {"Content-Type": "application/json"} if body is not None else {}
         answer = self._connection.exchange(method, path, body, headers, deadline, limit)
         return answer.status, answer.body
