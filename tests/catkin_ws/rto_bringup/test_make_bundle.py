@@ -36,6 +36,7 @@ def bundle(tmp_path_factory):
         "robotino_onboard.pyz",
         "requirements.txt",
         "robotino-onboard@.service",
+        "drive-watchdog.conf",
         "robot.key",
     }
     return folder / "robotino_onboard.pyz"
@@ -191,6 +192,15 @@ def test_each_program_has_its_service_in_the_documentation():
     unit = (ROBOT / "robotino-onboard@.service").read_text()
     for role in ROLES:
         assert f"robotino-onboard@{role}" in page and f"robotino-onboard@{role}" in unit
+
+
+def test_systemd_starts_a_drive_server_anew_that_hangs():
+    """What it says of itself: test_drive_server.py."""
+    lines = (ROBOT / "drive-watchdog.conf").read_text().splitlines()
+    assert {"Type=notify", "NotifyAccess=main", "WatchdogSec=2", "WatchdogSignal=SIGKILL"} <= set(lines)
+    page = (ROBOT.parents[3] / "docs/robotino.md").read_text()
+    (place,) = (line.strip("# ") for line in lines if line.endswith("watchdog.conf"))
+    assert f"drive-watchdog.conf {place}" in page
 
 
 @pytest.mark.parametrize(

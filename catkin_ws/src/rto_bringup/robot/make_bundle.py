@@ -30,7 +30,7 @@ from telepresence.station.robot_bundle import (  # noqa: E402  works in a checko
 SOURCES = (ROOT, ROOT / "catkin_ws/src/rto_node/src", ROOT / "catkin_ws/src/rto_bringup/src")
 """Where our modules are."""
 PROGRAMS = "rto_bringup.onboard"
-BESIDE = ("requirements.txt", "robotino-onboard@.service")
+BESIDE = ("requirements.txt", "robotino-onboard@.service", "drive-watchdog.conf")
 NAME = "robotino_onboard.pyz"
 KEY = "robot.key"
 

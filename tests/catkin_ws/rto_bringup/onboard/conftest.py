@@ -202,10 +202,10 @@ def start_onboard(workspace_environment: dict[str, str]) -> Iterator[Callable[..
     """Start one of the programs with pipes for its input and output."""
     started: list[subprocess.Popen] = []
 
-    def start(*arguments: str) -> subprocess.Popen:
+    def start(*arguments: str, **environment: str) -> subprocess.Popen:
         process = processes.start(
             [sys.executable, "-m", "rto_bringup.onboard", *arguments],
-            env={**workspace_environment, "PYTHONPATH": ":".join(map(str, SOURCES))},
+            env={**workspace_environment, **environment, "PYTHONPATH": ":".join(map(str, SOURCES))},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -223,7 +223,7 @@ def start_onboard(workspace_environment: dict[str, str]) -> Iterator[Callable[..
 @pytest.fixture(scope="module")
 def run_onboard(start_onboard: Callable[..., subprocess.Popen]) -> Callable[..., Program]:
     """Start one of the servers and wait until it listens."""
-    return lambda *arguments: Program(start_onboard(*arguments))
+    return lambda *arguments, **environment: Program(start_onboard(*arguments, **environment))
 
 
 @pytest.fixture(scope="module")

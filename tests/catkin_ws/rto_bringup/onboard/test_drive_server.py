@@ -261,6 +261,16 @@ def test_a_newer_command_counts_though_the_report_it_answers_was_late(monkeypatc
     assert step(now + 0.05, then, now - 0.05) < driven - 0.01
 
 
+def test_systemd_learns_that_it_is_ready_and_that_it_lives(run_onboard, simulation, tmp_path):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(tmp_path / "notify"))
+        systemd.settimeout(30.0)
+        options = ("drive", "--port", "0", "--robot", simulation.url)
+        server = run_onboard(*options, NOTIFY_SOCKET=str(tmp_path / "notify"))
+        assert [systemd.recv(100) for _ in range(3)] == [b"READY=1", b"WATCHDOG=1", b"WATCHDOG=1"]
+        assert server.end() == 0
+
+
 def test_a_taken_port_is_named(capsys):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))

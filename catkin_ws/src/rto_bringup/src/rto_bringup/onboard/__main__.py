@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from telepresence.security.log_flood import LogFlood
 from telepresence.security.robot_key import RobotKey, is_loopback
-from telepresence.station import priority
+from telepresence.station import heartbeat, priority
 from telepresence.stop_signals import heeded
 
 if TYPE_CHECKING:
@@ -146,6 +146,7 @@ def run_drive(options: argparse.Namespace) -> int:
         for number in heeded(signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, lambda *_: server.stop())
         priority.put_commands_first()  # not of whoever only finds out that the port is taken
+        heartbeat.notify("READY=1")
         print(f"drive server listens on udp://{server.address}:{server.port}", flush=True)
         return server.run()
 
