@@ -22,7 +22,8 @@ from typing import Any
 from aiortc import RTCIceServer
 
 LIFE = 3600
-"""[s] for which a browser may open ways through the relay. Every answer to an offer brings a new hour."""
+"""[s] for which a browser may open ways through the relay. Every answer to an offer brings a new hour; a page whose
+answer is older than three quarters of that asks anew."""
 _URI = re.compile(r"(stun|turn|turns):(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9.-]+)(:\d{1,5})?(\?transport=(?:udp|tcp))?")
 """RFC 7064, RFC 7065."""
 _LEAST_SECRET = 16

@@ -8,6 +8,7 @@ import { Slower } from "./slower.js";
 
 export const STALE = 1000; // ms without a new picture after which nobody drives by the last one
 const UNDER_WAY = 500; // ms that a picture may be on its way to the screen after the station has said that it sends it
+const FRESH = 2700000; // ms for which the relay's passwords are used: they end after an hour, LIFE in relays.py
 const KEPT = 10000; // ms for which a hidden page stays connected
 const GLANCE = 500; // ms in which pictures come again after somebody has looked elsewhere
 const IDLE = 5000; // ms without a command, after which a connection that works may be given up for a better one
@@ -92,6 +93,7 @@ export class Link {
     this.problem = ""; // why the station does not let this page in
     /** @type {RTCIceServer[] | null} which help through the internet; null before they were asked for */
     this.servers = null;
+    this.serversAt = 0; // when they were given, by the time of day: it counts while the computer sleeps
     /** @type {RTCPeerConnection | null} */
     this.peer = null;
     /** @type {Slower | null} */
@@ -202,7 +204,8 @@ export class Link {
   }
 
   async dialPeer() {
-    this.servers ??= (await get("servers", this.attempt.signal)).servers;
+    const age = Date.now() - this.serversAt;
+    if (!this.servers || !(age >= 0 && age < FRESH)) this.take((await get("servers", this.attempt.signal)).servers);
     const peer = new RTCPeerConnection({ iceServers: this.servers ?? [], bundlePolicy: "max-bundle" });
     this.peer = peer;
     this.open((name) => peer.createDataChannel(name, CHANNELS[name]));
@@ -226,8 +229,14 @@ export class Link {
     const answer = await post("offer", offer, this.attempt.signal);
     if (this.peer !== peer) return;
     this.dialling.answered(performance.now());
-    this.servers = answer.servers; // their passwords end
+    this.take(answer.servers);
     await peer.setRemoteDescription({ type: "answer", sdp: answer.sdp });
+  }
+
+  /** Use these from now on: their passwords end. @param {RTCIceServer[]} servers */
+  take(servers) {
+    this.servers = servers;
+    this.serversAt = Date.now();
   }
 
   /** The station has hung up, or cannot be reached. @param {RTCPeerConnection} peer */

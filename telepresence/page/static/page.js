@@ -145,6 +145,7 @@ export class Page extends EventTarget {
     clearInterval(this.ticks);
     this.held.letGo();
     this.link.hangUp();
+    this.link.servers = null; // their passwords are this sign-in's
     this.link.video.srcObject = null; // whoever comes next to this computer sees none of it
     this.me = null;
     this.state = null;

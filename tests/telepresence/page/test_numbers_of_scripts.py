@@ -7,7 +7,7 @@ import pytest
 
 from gui.driving import delay_speed_limit, drive_controls, gamepad, look_around
 from gui.widgets import picture_patience, video_view
-from telepresence.page import browser_messages
+from telepresence.page import browser_messages, relays
 from telepresence.page.app import STATIC
 from telepresence.teleop import command_timeout, floor_goal, gaze, hand_speeds, joystick_mapping, lease_client
 from telepresence.teleop.joystick_layouts import DEFAULT
@@ -43,7 +43,7 @@ SHARED = {
         "FEWEST": picture_patience.FEWEST,
     },
     "driving.js": {"PANIC": 1000.0 * drive_controls.PANIC_TIME},
-    "link.js": {"STALE": 1000.0 * video_view.STALE_AFTER},
+    "link.js": {"STALE": 1000.0 * video_view.STALE_AFTER, "FRESH": 750.0 * relays.LIFE},
     "overlay.js": {"SLOW": floor_goal.SLOW, "BLOCKED": floor_goal.BLOCKED},
     "page.js": {
         "TICK": 1000.0 * command_timeout.SEND_PERIOD,
