@@ -17,6 +17,7 @@ from typing import Any
 
 from aiortc import RTCConfiguration, RTCDataChannel, RTCPeerConnection, RTCSessionDescription
 
+from telepresence.page.bounded_channels import bound_channels
 from telepresence.page.browser_conversation import ACTIONS, RobotConversation
 from telepresence.page.browser_messages import STATE_PERIOD, BrowserMessages, StationEnd
 from telepresence.page.pictures import Pictures
@@ -91,6 +92,8 @@ class BrowserLink:
             with on_address(meeting_address(offer, address), ports):
                 await self._peer.setRemoteDescription(RTCSessionDescription(offer, "offer"))
                 self._check_wanted()
+                if self._peer.sctp is not None:
+                    bound_channels(self._peer.sctp, self.messages.give_up)
                 if not any(each.kind == "video" for each in self._peer.getTransceivers()):
                     raise ValueError("the offer asks for no picture")
                 self._track = self._pictures.video.track()

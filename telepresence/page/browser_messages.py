@@ -103,12 +103,17 @@ class BrowserMessages:
         if now - self._second >= 1.0:
             self._second, self._in_second = now, 0
         self._in_second += 1
-        if self._in_second > MOST_PER_SECOND and not self.flooding:
-            self.flooding = True
-            self._window.let_go(now)
-            self._flooded()
-            log.warning("a browser sends more than %d messages in a second", MOST_PER_SECOND)
+        if self._in_second > MOST_PER_SECOND:
+            self.give_up(f"more than {MOST_PER_SECOND} messages in a second")
         return not self.flooding
+
+    def give_up(self, excess: str) -> None:
+        """Heed nothing more of a page that sends more than any of ours does."""
+        if not self.flooding:
+            self.flooding = True
+            self._window.let_go(time.monotonic())
+            self._flooded()
+            log.warning("a browser sends %s", excess)
 
     def receive(self, kind: str, text: str | bytes) -> None:
         """Take what the browser sends, whatever it is."""

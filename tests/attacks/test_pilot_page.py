@@ -19,6 +19,7 @@ from pathlib import Path
 
 import pytest
 from attacked_pages import Attacker, Browser, Program
+from channel_flood import FLOODS, is_hung_up_on
 from cheap_passwords import CHEAP
 from endings import end_together
 from page_browser import FLAGS, PICTURES
@@ -478,6 +479,17 @@ def test_messages_without_end(driven, pilot, wait_until, frame):
             driven.stranger.open(cookie)
         wait_until(lambda heard=heard: len(pilot.had) > heard, "anna hears of the robot")
         silences.append(pilot.silence)
+
+
+@pytest.mark.parametrize("flood", FLOODS)
+def test_pieces_of_messages_by_webrtc(driven, pilot, flood):
+    """They fill no memory: a page that has lost nothing waits for few."""
+    cookie = driven.guest("watcher")
+    assert is_hung_up_on(driven.stranger, cookie, flood, HELD_ON)
+    assert (
+        driven.stranger.ask("POST", "/offer", {"robot": "Pepper", "page": "0" * 16, "attempt": 1, "sdp": ""}, cookie)[0]
+        == 429
+    )
 
 
 def test_stops_without_end(driven, pilot, wait_until):
