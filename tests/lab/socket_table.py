@@ -65,7 +65,7 @@ def program_of(pid: int) -> tuple[str, bool]:
     # A node that roslaunch has forked shows its words as one.
     words = Path(f"/proc/{pid}/cmdline").read_bytes().decode().replace("\0", " ").split()
     if "python" in Path(words[0]).name and len(words) > 1:
-        words = words[words.index("-m") + 1 :] if words[1] == "-m" else words[1:]
+        words = words[words.index("-m") + 1 :] if words[1] in ("-m", "-P") else words[1:]
     path, rest = words[0], words[1:]
     name = Path(path).name
     if name == "robotino_onboard":
