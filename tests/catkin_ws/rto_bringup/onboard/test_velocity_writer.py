@@ -9,6 +9,7 @@ from corrupting_proxy import CorruptingProxy
 from rto_bringup.onboard.robotino_base import RobotinoBase
 from rto_bringup.onboard.velocity_writer import LONGEST_WAIT, VelocityWriter
 
+from robotino_sim.simulation import Simulation
 from telepresence.drive.pilots import PilotVelocity
 from telepresence.drive.server import AT_REST
 
@@ -64,6 +65,16 @@ def test_a_slow_web_server_is_driven_evenly(robot, simulation, until_true):
         assert sum(outcome.given[0] > 0.09 for outcome in outcomes) > 0.9 * len(outcomes)
         base.end()
     assert written(robot)[-1] == AT_REST
+
+
+def test_a_robot_that_is_switched_off_and_on_is_driven_on(free_port, until_true):
+    port = free_port()
+    with RobotinoBase(f"127.0.0.1:{port}", laser=False) as base:
+        for _ in range(2):
+            with Simulation("empty", port=port) as robot:
+                until_true(lambda: drive(base, PERIOD)[-1].given[0] > 0.09, "it drives")
+                until_true(lambda: drive(base, PERIOD) and robot.robot.snapshot().odometry.vx > 0.09, "the wheels turn")
+            until_true(lambda: drive(base, PERIOD)[-1].state == "fault", "its loss is noticed")
 
 
 def test_deciding_never_waits_for_the_web_server(robot, writer, wait_until):

@@ -43,8 +43,9 @@ class ParallelClient(RobotinoClient):
         assert self._odometry is not None, "the distances come first"
         return self._odometry.result()
 
-    def close(self) -> None:
-        super().close()
+    def end(self) -> None:
+        """No question follows. `close`, in contrast, is done to each connection that the robot has closed."""
+        self.close()
         for thread, client in zip(self._threads, self._clients, strict=True):
             thread.submit(client.close)
             thread.shutdown()

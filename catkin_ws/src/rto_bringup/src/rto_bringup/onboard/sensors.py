@@ -92,7 +92,7 @@ class Sensors:
                     log.error("%s; trying again", error)
                 self.problem = str(error)
             cycle += 1
-        self._client.close()
+        self._client.end()
 
     def _read(self, with_scan: bool) -> Reading:
         stamp = time.monotonic()
