@@ -15,14 +15,17 @@ from telepresence.teleop.key_agreement import OPEN, public_key
 from telepresence.teleop.known_accounts import KnownAccounts
 from telepresence.teleop.lease_messages import PILOT, Account
 
+_OWN_LINK = "Open the link that ./stack up has printed: it lets in whoever has started the station."
+
 
 class Entrance:
     """Lets people in. Safe for several threads; `admit` takes 0.1 s, everything else milliseconds.
 
     Args:
         users: The accounts.
-        sign_in: Whether drive_lease checks names. Where it does not, whoever sits at this machine is a pilot.
-        own_key: Where it does not: lets in, as the window does, the person who has started the station; "" for none.
+        sign_in: Whether drive_lease checks names. Where it does not, `own_key` or this machine makes a pilot.
+        own_key: Of the link that lets in, as the window does, the person who has started the station; "" for none: then
+            whoever uses this machine comes in.
     """
 
     def __init__(self, users: Users, invitations: Invitations, sign_in: bool = True, own_key: str = "") -> None:
@@ -32,8 +35,13 @@ class Entrance:
         self.invitations = invitations
 
     def asks(self, address: str) -> bool:
-        """Return whether somebody at this address needs a password."""
-        return self._sign_in or not _is_loopback(address)
+        """Return whether somebody at this address needs a password, or a link."""
+        return self._sign_in or bool(self._own_key) or not _is_loopback(address)
+
+    @property
+    def hint(self) -> str:
+        """How one comes in, where a name and a password are not the way; empty where they are."""
+        return _OWN_LINK if self._own_key and not self._sign_in else ""
 
     def count_try(self, name: str, password: str, longest: float) -> Try:
         """Count a try to come in by `admit`.
@@ -47,7 +55,8 @@ class Entrance:
         return self._users.count_try(name, longest=longest) if self._sign_in or password else Try()
 
     def admit(self, name: str, password: str, address: str, counted: Try) -> Account:
-        """Return the account of somebody with a password; at this very machine, where nobody signs in, everybody's.
+        """Return the account of somebody with a password; of everybody at this very machine, where nobody signs in and
+        there is no link either.
 
         Args:
             address: From which the request came.
@@ -62,6 +71,8 @@ class Entrance:
             return dataclasses.replace(account, public=OPEN.lease, credential=OPEN)
         if not _is_loopback(address):
             raise UserError("From another machine one comes in by a link (./stack invite) or with a password.")
+        if self._own_key:  # this machine may have other users
+            raise UserError(_OWN_LINK)
         name = clean(name, LONGEST_NAME).strip() or "Pilot"
         if is_guest_name(name):
             raise UserError("Guests are called so. Choose another name.")

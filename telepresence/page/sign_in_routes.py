@@ -4,7 +4,7 @@
                                                        200 and a cookie; 403 with a sentence; 429 after too many tries
     POST /leave         ends the sign-in
     GET /me             who has signed in, and which robots there are; 401 for nobody, with a sentence, whether a
-                        password is needed, and why the sign-in has ended
+                        password is needed, why the sign-in has ended, and which other way in there is
     POST /invite        {"role": "pilot" | "watcher", "hours": 2, "once": false}        the link, and its QR code
     GET /invitations    those that hold
     POST /withdraw      {"id": ...}
@@ -238,7 +238,8 @@ class SignInRoutes:
         except web.HTTPUnauthorized as error:
             fields = {"reason": error.reason, "password": self._entrance.asks(self._client(request))}
             ended = self._sign_ins.why_ended(self._cookie(request))
-            return web.json_response(fields | ({"ended": ended} if ended else {}), status=error.status)
+            fields |= {name: words for name, words in (("ended", ended), ("hint", self._entrance.hint)) if words}
+            return web.json_response(fields, status=error.status)
 
     async def _invite(self, request: web.Request) -> web.StreamResponse:
         host = self._host(request)

@@ -1,8 +1,9 @@
 """Where `./stack up` has the pilot's page, and the link by which the person at the terminal opens it.
 
 The launch files have the arguments page:= and pilot_page_port:=. Where nobody signs in, the link has a key that the
-page's program finds in its environment, where other users of the machine cannot read it; where people sign in and there
-is no account yet, it is an invitation to drive, which ends with the station. Who has an account needs neither.
+page's program finds in its environment, where other users of the machine cannot read it, and without which it lets
+nobody in; where people sign in and there is no account yet, it is an invitation to drive, which ends with the station.
+Who has an account needs neither.
 """
 
 from __future__ import annotations

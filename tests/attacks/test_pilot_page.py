@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import getpass
 import itertools
 import json
 import os
@@ -34,6 +35,7 @@ from telepresence.page.attempts import MOST, PERIOD
 from telepresence.page.browser_messages import MOST_PER_SECOND
 from telepresence.page.commands import REQUESTS
 from telepresence.station import processes
+from telepresence.station.pilot_page import PILOT_PAGE_KEY
 from telepresence.station.ros_master import master_answers
 from telepresence.teleop.accounts import TRIES as FREE_TRIES
 from telepresence.teleop.accounts import Users
@@ -43,6 +45,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.browser]
 
 ROOT = Path(__file__).resolve().parents[2]
 PASSWORD = "correct horse"
+KEY = "of the link that is printed"
 GROWTH = 12.0
 """[MB] that a flood may leave behind: less than a tenth of what it sent."""
 LOST = 2
@@ -100,11 +103,7 @@ def station(tmp_path_factory, free_port, wait_until) -> Iterator[Station]:
     wait_until(lambda: master_answers(uri), "the ROS master answers")
     started.append(processes.start([str(programs / "avatar_gui/drive_lease"), f"_users:={users.path}"], **quiet))
     started.append(processes.start([sys.executable, "-c", PICTURES], **quiet))
-    words = ["--port", str(free_port()), "--certificates", str(folder / "tls"), "--users", str(users.path)]
-    page = Program(
-        folder, str(programs / "pilot_page/pilot_page"), *words, says=r"(https://[\d.]+:\d+/)", ROS_MASTER_URI=uri,
-        ROS_HOME=environment["ROS_HOME"], ROS_IP="127.0.0.1",
-    )  # fmt: skip
+    page = start_page(folder, uri, "--port", str(free_port()), "--users", str(users.path))
     probing = processes.start(
         [sys.executable, str(ROOT / "tests/catkin_ws/ros_probe.py")],
         env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
@@ -122,6 +121,30 @@ def station(tmp_path_factory, free_port, wait_until) -> Iterator[Station]:
     yield Station(stranger, Invitations(beside(users.path)), page, probe, anna, will)
     page.close()
     end_together([*started, probing])
+
+
+def start_page(folder: Path, uri: str, *words: str, **environment: str) -> Program:
+    """Start the page's program at this ROS master."""
+    program = str(ROOT / "catkin_ws/devel/lib/pilot_page/pilot_page")
+    return Program(
+        folder, program, *words, "--certificates", str(folder / "tls"), says=r"(https://[\d.]+:\d+/)",
+        ROS_MASTER_URI=uri, ROS_HOME=str(folder / "ros"), ROS_IP="127.0.0.1", **environment,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def keyed(tmp_path_factory, free_port, wait_until) -> Iterator[Stranger]:
+    """The page of a station where nobody signs in, which `./stack up` has given a key."""
+    folder, port = tmp_path_factory.mktemp("keyed"), free_port()
+    uri = f"http://127.0.0.1:{port}"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    master = processes.start(["rosmaster", "--core", "-p", str(port)], **quiet)
+    wait_until(lambda: master_answers(uri), "the ROS master answers")
+    words = ["--sign-in", "false", "--port", str(free_port()), "--users", str(folder / "users.db")]
+    page = start_page(folder, uri, *words, **{PILOT_PAGE_KEY: KEY})
+    yield Stranger(page.url)
+    page.close()
+    end_together([master])
 
 
 @pytest.fixture
@@ -160,6 +183,7 @@ def test_who_has_a_way_in_sees_and_drives(driven):
 # --- without a session -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("people_sign_in", [True, False], ids=["people sign in", "nobody signs in"])
 @pytest.mark.parametrize("cookie", ["", "x" * 43, "changed", "of another program"])
 @pytest.mark.parametrize(
     ("method", "path"),
@@ -168,12 +192,28 @@ def test_who_has_a_way_in_sees_and_drives(driven):
         ("POST", "/stop"), ("POST", "/invite"), ("POST", "/withdraw"), ("POST", "/leave"),
     ],
 )  # fmt: skip
-def test_somebody_without_a_session_asks(station, method, path, cookie):
+def test_somebody_without_a_session_asks(station, keyed, method, path, cookie, people_sign_in):
     cookies = {"changed": station.anna[:-1] + "!", "of another program": "../" * 14}
     body = {"robot": "Pepper", "page": "0" * 16, "attempt": 1, "sdp": "v=0"} if method == "POST" else None
-    status, answer, got = station.stranger.ask(method, path, body, cookies.get(cookie, cookie))
+    stranger = station.stranger if people_sign_in else keyed
+    status, answer, got = stranger.ask(method, path, body, cookies.get(cookie, cookie))
     assert status == 401 and not got
     assert not any(fact in answer for fact in FACTS)
+
+
+@pytest.mark.parametrize("name", ["", "Ben", getpass.getuser()])
+@pytest.mark.parametrize("way", [{"password": ""}, {"password": KEY}, {"invitation": ""}, {"invitation": KEY[:-1]}])
+def test_another_user_of_the_computer_comes_in_where_nobody_signs_in(keyed, name, way):
+    sender = f"127.0.1.{len(name) + 1}"  # whose tries are limited
+    status, answer, got = keyed.ask("POST", "/enter", {"name": name} | way, sender=sender)
+    assert status == 403 and not got
+    assert not any(fact in answer for fact in FACTS)
+
+
+def test_who_has_the_link_comes_in_where_nobody_signs_in(keyed):
+    """No attack: it shows that the others fail for want of the link."""
+    cookie = keyed.enter(name="", invitation=KEY)
+    assert keyed.ask("GET", "/me", cookie=cookie)[0] == 200
 
 
 @pytest.mark.parametrize("path", ["/", "/nothing", "/static/nothing.js", "/static/../app.py", "/../sign_ins", "/video"])

@@ -67,10 +67,10 @@ async function askWhoItIs(page) {
   page.enter(me);
 }
 
-/** @param {{password: boolean, ended?: string}} needs what the station says to somebody who is not in */
-function ask({ password, ended }) {
+/** @param {{password: boolean, ended?: string, hint?: string}} needs what the station says to somebody who is not in */
+function ask({ password, ended, hint }) {
   part("enterTitle").textContent = text(invitation ? "entering.invited" : "entering.title");
-  showWords(part("enterProblem"), ended ?? "");
+  showWords(part("enterProblem"), ended ?? hint ?? "");
   part("enterPassword").hidden = Boolean(invitation) || !password;
   const name = part("enterForm").elements.name;
   name.required = !invitation && password;
