@@ -88,8 +88,7 @@ def red_stop(graph, probe, until_true):
 
     yield press
     for publisher in pressed:
-        publisher.process.terminate()
-        publisher.process.wait(30)
+        publisher.end()
 
 
 def test_the_red_stop_ends_a_motion_and_refuses_the_next(graph, probe, red_stop, until_true):

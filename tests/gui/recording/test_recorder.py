@@ -125,7 +125,7 @@ def test_a_report_that_takes_long_is_not_taken_for_the_next_one(qt, spin, tmp_pa
     """Two recordings end one after the other; the first one's report is ready last."""
     program, may_end = tmp_path / "program", tmp_path / "may end"
     wait = f"until [ -e '{may_end}' ]; do sleep 0.05; done"
-    program.write_text(f'#!/bin/sh\ncase "$3" in *first*) {wait}; echo slow; exit 1;; esac\n')
+    program.write_text(f'#!/bin/sh\ncase "$4" in *first*) {wait}; echo slow; exit 1;; esac\n')
     program.chmod(0o755)
     monkeypatch.setattr(recorder_module.sys, "executable", str(program))
     parent = QObject()
