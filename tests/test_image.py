@@ -69,8 +69,8 @@ def test_every_line_that_starts_it_publishes_its_ports():
 
 def test_it_can_ask_whether_it_is_healthy():
     (line,) = instructions("HEALTHCHECK")
-    python, option, module = json.loads(line.partition(" CMD ")[2])
-    assert (python, option) == ("python3", "-m") and importlib.util.find_spec(module)
+    python, safe, option, module = json.loads(line.partition(" CMD ")[2])
+    assert (python, safe, option) == ("python3", "-P", "-m") and importlib.util.find_spec(module)
 
 
 def test_all_that_setup_py_installs_is_sent_to_the_builder_and_no_test(monkeypatch: pytest.MonkeyPatch):

@@ -186,3 +186,14 @@ class Pilot(threading.Thread):
         self._over.set()
         self.join()
         self._socket.close()
+
+
+def says_goodbye(socket: ClientConnection) -> bool:
+    """Whether the page hangs up."""
+    try:
+        while True:
+            socket.recv(timeout=_TIMEOUT)
+    except ConnectionClosed:
+        return True
+    except TimeoutError:
+        return False
