@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from telepresence.audio import devices
 from telepresence.audio.output import Output
 from telepresence.audio.pipeline import Gst
 from telepresence.audio.schedule import Schedule
@@ -22,6 +23,7 @@ class Loudspeaker(Output):
         lead: Seconds that a piece may be late without a gap.
         patience: Seconds of delay accepted on top, for a busy machine or a poor network.
         name: Appears in messages.
+        via: See `Microphone`.
         on_level: Gets the mean level [dBFS] ten times a second while something is pushed, muted or not.
     """
 
@@ -33,6 +35,7 @@ class Loudspeaker(Output):
         patience: float = 0.0,
         on_level: Callable[[float], None] = lambda level: None,
         name: str = "loudspeaker",
+        via: Callable[[str], str] = devices.as_chosen,
     ) -> None:
         self._rate = rate
         self._schedule = Schedule(lead + patience, lead + patience + MOST)
@@ -41,7 +44,7 @@ class Loudspeaker(Output):
             f"caps=audio/x-raw,format=S16LE,rate={rate},channels=2,layout=interleaved ! {_LEVEL} "
             "! audioconvert ! audioresample"
         )
-        super().__init__(name, device, head, patience, self._forget, on_level)
+        super().__init__(name, device, head, patience, self._forget, on_level, via=via)
 
     def push(self, frames: bytes) -> None:
         """Play int16 little-endian, stereo interleaved, after what is queued; from any one thread. Dropped while there

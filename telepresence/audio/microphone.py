@@ -18,6 +18,7 @@ class Microphone:
         rate: Called before every start; returns the sample rate for `on_sound` [Hz].
         on_sound: Gets int16 little-endian, stereo interleaved, some 10 ms at a time, on a thread of GStreamer.
         on_level: Gets the mean level [dBFS] ten times a second.
+        via: Called before every start with the chosen device; returns the one to open in its place.
     """
 
     def __init__(
@@ -26,8 +27,10 @@ class Microphone:
         rate: Callable[[], int],
         on_sound: Callable[[bytes], None],
         on_level: Callable[[float], None] = lambda level: None,
+        via: Callable[[str], str] = devices.as_chosen,
     ) -> None:
         self.device = device
+        self._via = via
         self._rate = rate
         self._on_sound = on_sound
         self.pipeline = KeptPipeline("microphone", self._describe, self._prepare, on_level)
@@ -45,8 +48,9 @@ class Microphone:
         self.pipeline.reopen()
 
     def _describe(self) -> str:
+        source = devices.source(self._via(self.device))
         return (
-            f"{devices.source(self.device)} ! audioconvert ! {_LEVEL} ! audioresample ! audio/x-raw,format=S16LE,"
+            f"{source} ! audioconvert ! {_LEVEL} ! audioresample ! audio/x-raw,format=S16LE,"
             f"rate={self._rate()},channels=2,layout=interleaved ! appsink name=out sync=false max-buffers=50 drop=true"
         )
 

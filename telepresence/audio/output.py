@@ -19,6 +19,7 @@ class Output:
         head: The part of the pipeline before the loudspeaker (gst-launch syntax).
         patience: Seconds of delay accepted on top, for a busy machine or a poor network.
         prepare, on_level, on_state: See `KeptPipeline`.
+        via: See `Microphone`.
     """
 
     def __init__(
@@ -30,8 +31,10 @@ class Output:
         prepare: Callable[[Gst.Pipeline], None] = lambda pipeline: None,
         on_level: Callable[[float], None] = lambda level: None,
         on_state: Callable[[str | None], None] = lambda problem: None,
+        via: Callable[[str], str] = devices.as_chosen,
     ) -> None:
         self.device = device
+        self._via = via
         self._head = head
         self._patience = patience
         self._prepare_head = prepare
@@ -64,7 +67,7 @@ class Output:
         self.pipeline.reopen()
 
     def _describe(self) -> str:
-        return f"{self._head} ! volume name=volume ! {devices.sink(self.device, self._patience)}"
+        return f"{self._head} ! volume name=volume ! {devices.sink(self._via(self.device), self._patience)}"
 
     def _prepare(self, pipeline: Gst.Pipeline) -> None:
         self._prepare_head(pipeline)

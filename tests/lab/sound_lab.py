@@ -67,6 +67,16 @@ class SoundServer:
         number = next(line.split("\t")[0] for line in sources.splitlines() if line.split("\t")[1] == source)
         return sum(line.split("\t")[1] == number for line in streams.splitlines())
 
+    def unplug(self, sink: str) -> None:
+        """Take a sink away, and the microphone that is its monitor."""
+        for line in self._pactl("list", "short", "modules").stdout.splitlines():
+            if f"sink_name={sink} " in line:
+                self._pactl("unload-module", line.split("\t")[0])
+
+    def plug(self, sink: str) -> None:
+        """Bring a sink back."""
+        self._pactl("load-module", "module-null-sink", f"sink_name={sink}", f"rate={RATE}", "channels=2")
+
     def _pactl(self, *words: str) -> subprocess.CompletedProcess[str]:
         environment = {**os.environ, **self.environment(), "HOME": str(self._folder)}
         return subprocess.run(["pactl", *words], env=environment, capture_output=True, text=True)

@@ -159,3 +159,25 @@ def test_a_pilot_elsewhere_speaks_and_listens_by_topics(rig: Rig, until_true: Ca
     until_true(lambda: rig.mouths["robot_mic"].say(sentence("Yes.")) or elsewhere.process.poll() == 0, "it is answered")
     assert "heard 48000 2" in elsewhere.output
     until_true(lambda: rig.state() == LIVE, "the microphone here is the pilot's again")
+
+
+def test_echo_cancellation_holds_the_microphone_only_while_there_is_a_conversation(
+    graph, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, until_true: Callable
+) -> None:
+    server = SoundServer(tmp_path)  # of its own: PulseAudio moves the streams of others to the new microphone
+    try:
+        for name, value in server.environment().items():
+            monkeypatch.setitem(graph.environment, name, value)
+        node = graph.run(
+            *(str(graph.workspace / "lib" / "rto_node" / "rto_voice"), "__ns:=/echo", "_echo_cancellation:=true"),
+            *(f"_server:=127.0.0.1:{graph.free_port()}", "_microphone:=pilot_mic.monitor", "_speaker:=pilot_speaker"),
+        )
+        probe = graph.probe()
+        until_true(lambda: server.listeners("pilot_mic.monitor") == 1, f"it is held; {node.output}")
+        for wanted in (False, True):
+            assert probe.call("/echo/voice/conversation", "std_srvs/SetBool", {"data": wanted})[0]
+            until_true(lambda wanted=wanted: server.listeners("pilot_mic.monitor") == wanted, f"{wanted} {node.output}")
+        assert node.end() == 0
+        assert server.listeners("pilot_mic.monitor") == 0, "it is unloaded at the end"
+    finally:
+        server.close()

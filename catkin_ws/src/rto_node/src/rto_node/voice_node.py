@@ -17,7 +17,8 @@ from telepresence_ros.node import ROBOT_PATIENCE, Node
 from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
 from rto_node.robot_sound import RobotSound
-from telepresence.audio.echo import EchoCancellation, without_echo
+from telepresence.audio.devices import as_chosen
+from telepresence.audio.echo import EchoCancellation
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
 from telepresence.audio.voice_input import VoiceInput
@@ -37,12 +38,16 @@ class Voice:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
         self._echo: EchoCancellation | None = None
+        through = [as_chosen, as_chosen]
         if rospy.get_param("~echo_cancellation", False):
-            microphone, speaker, self._echo = without_echo(microphone, speaker, "robotino")
+            self._echo = EchoCancellation(microphone, speaker, "robotino")
+            through = [self._echo.microphone, self._echo.loudspeaker]
         self._input = VoiceInput(lambda: RATE, self._robot.put, self._levels[0].put)
-        self._microphone = Microphone(microphone, lambda: RATE, self._input.put, self._levels[0].put)
+        self._microphone = Microphone(microphone, lambda: RATE, self._input.put, self._levels[0].put, through[0])
         patience = float(rospy.get_param("~patience", 0.0))
-        self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put)
+        self._loudspeaker = Loudspeaker(speaker, RATE, patience=patience, on_level=self._levels[1].put, via=through[1])
+        if self._echo is not None:
+            self._echo.join(self._microphone.pipeline.reopen, self._loudspeaker.pipeline.reopen)
         self._topics = VoiceTopics(
             self, bool(rospy.get_param("~push_to_talk", False)), bool(rospy.get_param("~conversation", True))
         )
@@ -87,6 +92,9 @@ class Voice:
 
     def converse(self, wanted: bool) -> None:
         self._microphone.pipeline.wanted = wanted
+        if self._echo is not None and wanted is not self._echo.wanted:
+            self._echo.wanted = wanted
+            self._loudspeaker.pipeline.reopen()
 
     def open_microphone(self, opened: bool) -> None:
         self._input.open = opened

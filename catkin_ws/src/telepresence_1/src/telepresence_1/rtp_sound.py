@@ -17,6 +17,7 @@ import numpy as np
 from gi.repository import Gio
 
 from telepresence import ports
+from telepresence.audio import devices
 from telepresence.audio.output import Output
 from telepresence.audio.pipeline import Gst, KeptPipeline, SoundError
 from telepresence.audio.schedule import Schedule
@@ -139,7 +140,7 @@ class RtpPlayer(Output):
         address: Of this machine, on which packets are accepted; loopback by default.
         origin: Address and port of the only sender whose packets are taken; None takes everybody's.
         jitter: Seconds that a packet may be late.
-        device, on_state, patience: See `Output`.
+        device, on_state, patience, via: See `Output`.
     """
 
     def __init__(
@@ -152,10 +153,11 @@ class RtpPlayer(Output):
         on_state: Callable[[str | None], None] = lambda problem: None,
         patience: float = 0.0,
         origin: tuple[str, int] | None = None,
+        via: Callable[[str], str] = devices.as_chosen,
     ) -> None:
         self._address, self._port, self._origin = address, port, origin
         head = f'udpsrc name=in port={port} reuse=false caps="{CAPS[codec]}" ! {receive(codec, jitter)}'
-        super().__init__("loudspeaker", device, head, patience, self._listen, on_state=on_state)
+        super().__init__("loudspeaker", device, head, patience, self._listen, on_state=on_state, via=via)
 
     def packets(self) -> tuple[int, int]:
         """Return how many packets were played, and how many lost or late, since the pipeline started."""

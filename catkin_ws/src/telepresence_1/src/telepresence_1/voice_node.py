@@ -30,7 +30,8 @@ from naoqi_driver.naoqi_node import NaoqiNode
 from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
 from telepresence import ports
-from telepresence.audio.echo import EchoCancellation, without_echo
+from telepresence.audio.devices import as_chosen
+from telepresence.audio.echo import EchoCancellation
 from telepresence.audio.microphone import Microphone
 from telepresence.audio.voice_input import VoiceInput
 from telepresence_1.microphone_stream import MicrophoneStream
@@ -50,9 +51,14 @@ class Voice:
         self._node = NaoqiNode("voice", listens=True)
         self._echo: EchoCancellation | None = None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
-        if rospy.get_param("~echo_cancellation", False):
-            microphone, speaker, self._echo = without_echo(microphone, speaker, "pepper")
         host = str(rospy.get_param("~rtp_host", "127.0.0.1"))
+        through = [as_chosen, as_chosen]
+        if rospy.get_param("~echo_cancellation", False):
+            if is_loopback(host):
+                self._echo = EchoCancellation(microphone, speaker, "pepper")
+                through = [self._echo.microphone, self._echo.loudspeaker]
+            else:
+                rospy.logwarn("no echo cancellation: the loudspeaker is another machine's, %s", host)
         port = int(rospy.get_param("~rtp_port", ports.RTP_SOUND))
         codec = str(rospy.get_param("~codec", "")) or ("l16" if is_loopback(host) else "opus")
         if codec not in CODECS:
@@ -65,7 +71,7 @@ class Voice:
         self._speaker_stream = SpeakerStream(connection, int(rospy.get_param("~robot_rate", 0)), patience)
         self._input = VoiceInput(lambda: self._speaker_stream.rate, self._speaker_stream.put, self._levels[0].put)
         self._microphone = Microphone(
-            microphone, lambda: self._speaker_stream.rate, self._input.put, self._levels[0].put
+            microphone, lambda: self._speaker_stream.rate, self._input.put, self._levels[0].put, through[0]
         )
         self._speaker_stream.on_rate = self._microphone.pipeline.reopen
         self._microphone_stream = MicrophoneStream(
@@ -81,7 +87,11 @@ class Voice:
         if is_loopback(host):
             jitter = float(rospy.get_param("~jitter", 0.01))
             origin = self._sender.origin
-            self._player = RtpPlayer(speaker, host, port, codec, jitter, self._speaker_changed, patience, origin)
+            self._player = RtpPlayer(
+                speaker, host, port, codec, jitter, self._speaker_changed, patience, origin, through[1]
+            )
+            if self._echo is not None:
+                self._echo.join(self._microphone.pipeline.reopen, self._player.pipeline.reopen)
         self._topics = VoiceTopics(
             self, bool(rospy.get_param("~push_to_talk", False)), bool(rospy.get_param("~conversation", True))
         )
@@ -163,6 +173,9 @@ class Voice:
     def converse(self, wanted: bool) -> None:
         self._conversing = wanted
         self._microphone.pipeline.wanted = wanted
+        if self._echo is not None and self._player is not None and wanted is not self._echo.wanted:
+            self._echo.wanted = wanted
+            self._player.pipeline.reopen()
         self._want()
 
     def open_microphone(self, opened: bool) -> None:
