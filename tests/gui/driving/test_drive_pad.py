@@ -7,9 +7,9 @@ import pytest
 from PyQt5.QtCore import QEvent, Qt
 from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtTest import QTest
-from PyQt5.QtWidgets import QApplication, QLabel, QLineEdit, QPushButton, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QApplication, QLabel, QLineEdit, QPushButton
 
-from gui.driving.drive_pad import MOVES, DrivePad, velocity_of
+from gui.driving.drive_pad import MOVES, velocity_of
 from telepresence.teleop.hand_speeds import USUAL_SPEED, USUAL_TURN
 
 ZERO = (0.0, 0.0, 0.0)
@@ -17,21 +17,8 @@ FORWARD = (USUAL_SPEED, 0.0, 0.0)
 
 
 @pytest.fixture
-def window(qt, spin):
-    window = QWidget()
-    layout = QVBoxLayout(window)
-    window.pad, window.field = DrivePad(), QLineEdit()
-    layout.addWidget(window.pad)
-    layout.addWidget(window.field)
-    window.sent = []
-    window.pad.velocity.connect(lambda *velocity: window.sent.append(velocity))
-    window.show()
-    window.activateWindow()
-    window.setFocus()
-    spin(window.isActiveWindow, "the window is active")
-    yield window
-    window.close()
-    window.deleteLater()
+def window(make_pad_window):
+    return make_pad_window(field=QLineEdit())
 
 
 def press(window, key, modifiers=Qt.NoModifier):

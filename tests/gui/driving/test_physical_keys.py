@@ -3,9 +3,8 @@
 import pytest
 from PyQt5.QtCore import QEvent, Qt
 from PyQt5.QtGui import QKeyEvent
-from PyQt5.QtWidgets import QApplication, QComboBox, QTabBar, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QApplication, QComboBox, QTabBar
 
-from gui.driving.drive_pad import DrivePad
 from gui.driving.physical_keys import command_key
 from telepresence.teleop.hand_speeds import USUAL_SPEED, USUAL_TURN
 
@@ -21,25 +20,15 @@ def key(kind, qt_key, code, modifiers=Qt.NoModifier):
 
 
 @pytest.fixture
-def window(qt, spin):
-    window = QWidget()
-    layout = QVBoxLayout(window)
-    window.pad, window.tabs, window.choice = DrivePad(), QTabBar(), QComboBox()
-    window.choice.addItems(["Front", "Bottom"])
+def window(make_pad_window):
+    tabs, choice = QTabBar(), QComboBox()
+    choice.addItems(["Front", "Bottom"])
     for title in ("Pepper", "Robotino"):
-        window.tabs.addTab(title)
-    for widget in (window.pad, window.tabs, window.choice):
-        layout.addWidget(widget)
-    window.sent, window.stops = [], []
-    window.pad.velocity.connect(lambda *velocity: window.sent.append(velocity))
+        tabs.addTab(title)
+    window = make_pad_window(tabs=tabs, choice=choice)
+    window.stops = []
     window.pad.stop_pressed.connect(lambda: window.stops.append(True))
-    window.show()
-    window.activateWindow()
-    window.setFocus()
-    spin(window.isActiveWindow, "the window is active")
-    yield window
-    window.close()
-    window.deleteLater()
+    return window
 
 
 def send(window, *event, **more):

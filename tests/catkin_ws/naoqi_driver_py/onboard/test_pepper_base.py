@@ -169,9 +169,12 @@ def test_of_two_goals_the_first_may_also_begin_late():
     assert bench.said[-1] == "resting"
 
 
-def test_an_almotion_that_never_answers_a_velocity_does_not_get_stops_for_ever():
+@pytest.mark.parametrize(
+    "motion", [{"velocity": (0.2, 0.0, 0.0)}, {"goal": (1.0, 0.0, 0.0)}], ids=["a velocity", "a goal"]
+)
+def test_an_almotion_that_never_answers_does_not_get_stops_for_ever(motion):
     bench = Bench()
-    bench.step((0.2, 0.0, 0.0))
+    bench.step(**motion)
     for _ in range(round(HANGING_TIME / PERIOD) - 1):
         bench.step(cut=True)
         bench.answer("stopMove", "killMove")
@@ -179,18 +182,6 @@ def test_an_almotion_that_never_answers_a_velocity_does_not_get_stops_for_ever()
     for _ in range(3):
         bench.step(cut=True)
     assert bench.dropped, "with the link the velocity is over, too"
-
-
-def test_an_almotion_that_never_answers_a_goal_does_not_get_stops_for_ever():
-    bench = Bench()
-    bench.step(goal=(1.0, 0.0, 0.0))
-    for _ in range(round(HANGING_TIME / PERIOD) - 1):
-        bench.step(cut=True)
-        bench.answer("stopMove", "killMove")
-    assert not bench.dropped
-    for _ in range(3):
-        bench.step(cut=True)
-    assert bench.dropped
 
 
 def test_a_stop_that_overtook_is_forgotten_by_who_drives_on():
