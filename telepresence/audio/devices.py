@@ -96,11 +96,6 @@ def _has_card() -> bool:
         return False
 
 
-def as_chosen(choice: str) -> str:
-    """The device to open for one that is chosen: the same."""
-    return choice
-
-
 def names() -> dict[str, list[str]]:
     """Return the names that can be chosen on the sound server: {"microphones": [...], "loudspeakers": [...]}."""
     found: dict[str, list[str]] = {"microphones": [], "loudspeakers": []}

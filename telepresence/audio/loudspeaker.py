@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from telepresence.audio import devices
 from telepresence.audio.output import Output
 from telepresence.audio.pipeline import Gst
 from telepresence.audio.schedule import Schedule
@@ -35,7 +34,7 @@ class Loudspeaker(Output):
         patience: float = 0.0,
         on_level: Callable[[float], None] = lambda level: None,
         name: str = "loudspeaker",
-        via: Callable[[str], str] = devices.as_chosen,
+        via: Callable[[str], str] = str,
     ) -> None:
         self._rate = rate
         self._schedule = Schedule(lead + patience, lead + patience + MOST)

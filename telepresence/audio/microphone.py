@@ -27,7 +27,7 @@ class Microphone:
         rate: Callable[[], int],
         on_sound: Callable[[bytes], None],
         on_level: Callable[[float], None] = lambda level: None,
-        via: Callable[[str], str] = devices.as_chosen,
+        via: Callable[[str], str] = str,
     ) -> None:
         self.device = device
         self._via = via

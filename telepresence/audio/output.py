@@ -31,7 +31,7 @@ class Output:
         prepare: Callable[[Gst.Pipeline], None] = lambda pipeline: None,
         on_level: Callable[[float], None] = lambda level: None,
         on_state: Callable[[str | None], None] = lambda problem: None,
-        via: Callable[[str], str] = devices.as_chosen,
+        via: Callable[[str], str] = str,
     ) -> None:
         self.device = device
         self._via = via

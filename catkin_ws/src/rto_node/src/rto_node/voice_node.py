@@ -11,13 +11,13 @@ Parameters: ~server (127.0.0.1): host or host:port; the port is 8084 unless give
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 
 import rospy
 from telepresence_ros.node import ROBOT_PATIENCE, Node
 from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
 from rto_node.robot_sound import RobotSound
-from telepresence.audio.devices import as_chosen
 from telepresence.audio.echo import EchoCancellation
 from telepresence.audio.loudspeaker import Loudspeaker
 from telepresence.audio.microphone import Microphone
@@ -38,7 +38,7 @@ class Voice:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
         self._echo: EchoCancellation | None = None
-        through = [as_chosen, as_chosen]
+        through: list[Callable[[str], str]] = [str, str]
         if rospy.get_param("~echo_cancellation", False):
             self._echo = EchoCancellation(microphone, speaker, "robotino")
             through = [self._echo.microphone, self._echo.loudspeaker]

@@ -17,7 +17,6 @@ import numpy as np
 from gi.repository import Gio
 
 from telepresence import ports
-from telepresence.audio import devices
 from telepresence.audio.output import Output
 from telepresence.audio.pipeline import Gst, KeptPipeline, SoundError
 from telepresence.audio.schedule import Schedule
@@ -153,7 +152,7 @@ class RtpPlayer(Output):
         on_state: Callable[[str | None], None] = lambda problem: None,
         patience: float = 0.0,
         origin: tuple[str, int] | None = None,
-        via: Callable[[str], str] = devices.as_chosen,
+        via: Callable[[str], str] = str,
     ) -> None:
         self._address, self._port, self._origin = address, port, origin
         head = f'udpsrc name=in port={port} reuse=false caps="{CAPS[codec]}" ! {receive(codec, jitter)}'

@@ -24,13 +24,14 @@ Parameters:
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import rospy
 from naoqi_driver.naoqi_node import NaoqiNode
 from telepresence_ros.voice_topics import LEVEL_PERIOD, Level, VoiceTopics
 
 from telepresence import ports
-from telepresence.audio.devices import as_chosen
 from telepresence.audio.echo import EchoCancellation
 from telepresence.audio.microphone import Microphone
 from telepresence.audio.voice_input import VoiceInput
@@ -52,7 +53,7 @@ class Voice:
         self._echo: EchoCancellation | None = None
         microphone, speaker = (str(rospy.get_param(f"~{name}", "auto")) for name in ("microphone", "speaker"))
         host = str(rospy.get_param("~rtp_host", "127.0.0.1"))
-        through = [as_chosen, as_chosen]
+        through: list[Callable[[str], str]] = [str, str]
         if rospy.get_param("~echo_cancellation", False):
             if is_loopback(host):
                 self._echo = EchoCancellation(microphone, speaker, "pepper")
