@@ -147,14 +147,14 @@ class Swing:
     Args:
         amplitude: To either side [rad]; at least half the angle between two beams.
         rate: Turning rate [rad/s].
-        braking: Deceleration used to time the turning points [rad/s²].
-        delay: Between a turning command and the body's following it [s].
+        lead: How long the body turns on, as if at its rate, after it is told to turn back: a first guess [s].
+        sweep: How long it takes from side to side: a first guess, of a slow one [s].
     """
 
     amplitude: float
     rate: float
-    braking: float
-    delay: float
+    lead: float
+    sweep: float
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,7 @@ ROBOTINO = RobotProfile(
     Outline.disc(0.2266),  # hull of the Webots model
     _ROBOTINO_LIMITS,
     (INFRARED,),
-    Swing(amplitude=0.384, rate=1.2, braking=3.14, delay=0.1),
+    Swing(amplitude=0.384, rate=1.2, lead=0.29, sweep=1.5),
 )
 """Robotino as delivered: nine infrared beams."""
 

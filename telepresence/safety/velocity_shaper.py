@@ -30,20 +30,23 @@ class VelocityShaper:
     def __init__(self, profile: RobotProfile) -> None:
         self._limits = profile.limits
         self._swing = BodySwing(profile.swing) if profile.swing else None
+        self._sight = min(source.max_range for source in profile.sources) - profile.limits.margin_ahead
+        """How far from the robot something may appear when the body's swing turns a beam there [m]."""
         self._state_filter = GateStateFilter()
         self._top_turn = profile.top_turn
         self._speed = self._turn = self._output_turn = 0.0
         self.heading: tuple[float, float] | None = None
 
     def forget_heading(self) -> None:
-        """Take the body's heading as the pilot's, whatever it was swung to."""
+        """Take the body's heading as the pilot's, whatever it was swung to, and count nothing as looked at."""
         if self._swing:
-            self._swing.forget()
+            self._swing.forget_surroundings()
 
     def halt(self, state: State, reason: str, command_age: float, tick: TickState | None) -> Decision:
         """Return a decision to stop, with the reason."""
         self._speed = self._turn = self._output_turn = 0.0
-        self.forget_heading()
+        if self._swing:
+            self._swing.forget()
         if tick is None:
             return Decision(0.0, 0.0, 0.0, state, reason, command_age=command_age)
         return Decision(0.0, 0.0, 0.0, state, reason, tick.allowed(), tick.obstacles.gap, command_age=command_age)
@@ -64,25 +67,32 @@ class VelocityShaper:
         """
         limits = self._limits
         vx, vy = shorten(command.vx, command.vy, limits.max_speed)
+        requested_speed = math.hypot(vx, vy)
         requested_turn = _clamp(command.wz, limits.escape_turn if tick.bumped else limits.max_turn)
         pilot_turn = _rise(self._turn, requested_turn, limits.acceleration_turn * dt)
         turn, offset, scanning = pilot_turn, 0.0, False
         if self._swing:
             scanning = careful and not tick.bumped and (vx, vy) != (0.0, 0.0)
+            if scanning:
+                vx, vy = shorten(vx, vy, self._swing.fastest(self._sight, limits.reaction, limits.braking))
+            self._swing.look(now, theta)
             offset = self._swing.offset(theta)
             if (vx, vy, requested_turn) != (0.0, 0.0, 0.0):  # else it stands at once, turned as it is
                 turn = _clamp(turn + self._swing.rate(theta, pilot_turn, scanning, dt), self._top_turn)
             vx, vy = _rotate(vx, vy, -offset)
 
         permitted, safe_turn, cause = self._within_bounds(vx, vy, turn, tick)
+        speed = math.hypot(*permitted)
+        if not cause and CUT * math.hypot(vx, vy) <= speed < CUT * requested_speed:
+            cause = f"Slowed to {speed:.2f} m/s: the careful scan must have looked there first."
         turned = safe_turn / turn if turn else 1.0
-        requested = math.hypot(math.hypot(vx, vy), TURN_ARM * requested_turn)
-        given = math.hypot(math.hypot(*permitted), TURN_ARM * requested_turn * turned)
+        requested = math.hypot(requested_speed, TURN_ARM * requested_turn)
+        given = math.hypot(speed, TURN_ARM * requested_turn * turned)
         state = self._state_filter.update(now, requested, given)
         if tick.bumped:
             state, cause = State.BUMPED, tick.bumped
         index = tick.tightest(vx, vy) if state is not State.CLEAR else None
-        reason = self._explain(state, cause, math.hypot(*permitted), tick, index)
+        reason = self._explain(state, cause, speed, tick, index)
 
         output = shorten(*permitted, self._speed + limits.acceleration * dt)
         self._speed, self._turn = math.hypot(*output), pilot_turn * turned

@@ -17,7 +17,12 @@ from pathlib import Path
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 PAGE, FIGURES = DOCS / "safety.md", DOCS / "measured" / "safety.json"
 PICTURES = ("safety.png", "safety_scenario.png")
-ROBOTS = {"infrared": "Robotino, infrared", "laser": "Robotino, laser", "pepper": "Pepper"}
+ROBOTS = {
+    "infrared": "Robotino, infrared",
+    "measured": "Robotino, infrared, slow",
+    "laser": "Robotino, laser",
+    "pepper": "Pepper",
+}
 MUST_STOP = ("sensors silent", "sensors frozen", "NaN and infinity", "all -1", "link cut")
 """Faults at which the robot has to stand."""
 HEAD = (

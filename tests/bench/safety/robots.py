@@ -31,7 +31,7 @@ class BenchRobot:
         name: For the report.
         profile: What the gate believes.
         acceleration, braking: Of the base, varied by 10 % from place to place [m/s²].
-        turn_acceleration: [rad/s²].
+        turn_acceleration, turn_braking: [rad/s²].
         delay: Range of the time from the gate's output to the base's reacting [s].
         latency: From measuring to the gate, by source [ticks].
         every: Measurements, by source [ticks].
@@ -43,6 +43,7 @@ class BenchRobot:
     acceleration: float
     braking: float
     turn_acceleration: float
+    turn_braking: float
     delay: tuple[float, float]
     latency: dict[str, int]
     every: dict[str, int]
@@ -53,8 +54,21 @@ class BenchRobot:
         return Hull(np.array(self.profile.outline.vertices), self.profile.outline.radius)
 
 
-_ROBOTINO = dict(acceleration=0.4, braking=0.4, turn_acceleration=3.14, delay=(0.05, 0.15))
+_ROBOTINO = dict(acceleration=0.4, braking=0.4, turn_acceleration=3.14, turn_braking=3.14, delay=(0.05, 0.15))
 INFRARED_ROBOT = BenchRobot("Robotino, infrared", ROBOTINO, latency={"infrared": 1}, every={"infrared": 1}, **_ROBOTINO)
+MEASURED_ROBOT = BenchRobot(
+    "Robotino, infrared, as measured over Wi-Fi",
+    ROBOTINO,
+    acceleration=0.268,
+    braking=0.435,
+    turn_acceleration=0.919,
+    turn_braking=2.67,
+    delay=(0.15, 0.25),
+    latency={"infrared": 1},
+    every={"infrared": 1},
+)
+"""A real one over Wi-Fi, by the motion parameters that a lab publishes (hsbi-robotino-navigation, motion.yaml); 0.216 s
+from a command to its effect."""
 LASER_ROBOT = BenchRobot(
     "Robotino, laser",
     ROBOTINO_LASER,
@@ -69,6 +83,7 @@ PEPPER_ROBOT = BenchRobot(
     acceleration=0.3,
     braking=0.3,
     turn_acceleration=0.75,
+    turn_braking=0.75,
     delay=(0.05, 0.15),
     latency=dict.fromkeys(_PEPPER_SOURCES, 2),
     every={name: 2 if "sonar" in name else 3 for name in _PEPPER_SOURCES},

@@ -130,9 +130,10 @@ class Run:
         fault.prepare(count, np.random.default_rng([*seed, 13]))
         self.pose = batch.start.copy()
         self.velocity = np.zeros((count, 3))
-        self.sent = deque([np.zeros((count, 3))] * 8, maxlen=8)  # newest last, one per substep
         low, high = robot.delay
         self.delay = np.round(rng.uniform(low, high, count) / TICK * SUBSTEPS).astype(int)
+        kept = SUBSTEPS + math.ceil(high / TICK * SUBSTEPS)
+        self.sent = deque([np.zeros((count, 3))] * kept, maxlen=kept)  # newest last, one per substep
         vary = rng.uniform(0.9, 1.1, count)
         self.acceleration, self.braking = robot.acceleration * vary, robot.braking * vary
         self.scale = 1.0 + np.clip(0.02 * rng.standard_normal((count, 2)), -0.04, 0.04)
@@ -234,8 +235,10 @@ class Run:
         slowing = (change * self.velocity[:, :2]).sum(1) < 0.0
         step = np.where(slowing, self.braking, self.acceleration) * dt
         self.velocity[:, :2] += change * np.minimum(1.0, step / np.maximum(size, 1e-9))[:, None]
-        turn = self.robot.turn_acceleration * dt
-        self.velocity[:, 2] += np.clip(target[:, 2] - self.velocity[:, 2], -turn, turn)
+        turn = target[:, 2] - self.velocity[:, 2]
+        slowing = turn * self.velocity[:, 2] < 0.0
+        turn_step = np.where(slowing, self.robot.turn_braking, self.robot.turn_acceleration) * dt
+        self.velocity[:, 2] += np.clip(turn, -turn_step, turn_step)
         _integrate(self.pose, self.velocity, dt)
         _integrate(self.odometry, self.velocity * self.scale[:, (0, 0, 1)], dt)
         self.out.driven += np.hypot(self.velocity[:, 0], self.velocity[:, 1]) * dt

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from safety.faults import LinkCut
 from safety.gates import OurGate
-from safety.robots import INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT, TICK, BenchRobot
+from safety.robots import INFRARED_ROBOT, LASER_ROBOT, MEASURED_ROBOT, PEPPER_ROBOT, TICK, BenchRobot
 from safety.run import Run
 from safety.suite import in_parallel
 from safety.tick import tick_times
@@ -231,6 +231,27 @@ def false_stops(robot: BenchRobot, speed: float, count: int, seconds: float, see
     return bad / ticks
 
 
+def thin_legs(robot: BenchRobot, speed: float, count: int, seed: int) -> np.ndarray:
+    """Robots with the careful scan drive at a leg of 2 to 6 cm, 0.3 to 1.5 m away, up to 20 cm off their way.
+
+    Returns:
+        The speeds of the contacts [m/s].
+    """
+    rng = np.random.default_rng([seed, 31])
+    ways = rng.uniform(-math.pi, math.pi, count)
+    places = []
+    for way in ways:
+        place = _place((0.0, 0.0, 0.0))
+        ahead, aside = _support(robot, way) + rng.uniform(0.3, 1.5), rng.uniform(-0.2, 0.2)
+        x, y = ahead * math.cos(way) - aside * math.sin(way), ahead * math.sin(way) + aside * math.cos(way)
+        place.circles.append((x, y, rng.uniform(0.01, 0.03), THICK))
+        places.append(place)
+    commands = np.stack([speed * np.cos(ways), speed * np.sin(ways), np.zeros(count)], axis=1)
+    script = Script(count, lambda now, pose: commands)
+    outcome = Run(robot, OurGate(robot, count, careful=True), Batch(places, seed), script, (seed, 7)).drive(12.0)
+    return np.array([contact.speed for contact in outcome.contacts])
+
+
 def reaction_to_obstacle(robot: BenchRobot, speed: float, gap: float, count: int, seed: int) -> np.ndarray:
     """Time from a box's appearing ahead, `gap` from the outline, to an output that can stop before it (S,) [s]."""
     rng = np.random.default_rng([seed, 25])
@@ -268,7 +289,12 @@ def reaction_to_silence(robot: BenchRobot, speed: float, count: int, seed: int) 
     )
 
 
-ROBOTS = {"infrared": (INFRARED_ROBOT, 0.20), "laser": (LASER_ROBOT, 0.35), "pepper": (PEPPER_ROBOT, 0.35)}
+ROBOTS = {
+    "infrared": (INFRARED_ROBOT, 0.20),
+    "measured": (MEASURED_ROBOT, 0.20),
+    "laser": (LASER_ROBOT, 0.35),
+    "pepper": (PEPPER_ROBOT, 0.35),
+}
 """Robots, and the speed of their trials [m/s]."""
 SEED = 9100
 """Seed of the published figures."""
@@ -302,6 +328,13 @@ def _false_stops(robot: BenchRobot, speed: float, share: float) -> tuple:
     return "false stops in empty space", dict(share=found), "share", 1.0, "%"
 
 
+def _thin_legs(robot: BenchRobot, speed: float, share: float) -> tuple:
+    count = round(200 * share)
+    speeds = thin_legs(robot, speed, count, SEED)
+    values = {"touched": len(speeds), "of": count, "fastest in m/s": speeds.max(initial=0.0)}
+    return "thin legs, careful scan", values, "touched", 0.0, ""
+
+
 def _to_obstacle(robot: BenchRobot, speed: float, share: float) -> tuple:
     limits = robot.profile.limits
     gap = 0.5 * stopping_distance(speed, limits.reaction, limits.braking)
@@ -323,13 +356,18 @@ def _tick(robot: BenchRobot, speed: float, share: float) -> tuple:
     return "processor time of a tick, share of its period", values, "p99", 2.0, "%"
 
 
-KINDS = (_escapes, _slide, _doorway, _false_stops, _to_obstacle, _to_silence, _tick)
+KINDS = (_escapes, _slide, _doorway, _false_stops, _thin_legs, _to_obstacle, _to_silence, _tick)
 
 
 def run_trials(share: float = 1.0) -> list[Trial]:
     """All trials with all robots, or with a share of the repetitions. What a tick costs is measured last, alone: two at
     once slow each other down, processor time or not."""
-    jobs = [(name, kind, share) for name in ROBOTS for kind in range(len(KINDS))]
+    jobs = [
+        (name, kind, share)
+        for name in ROBOTS
+        for kind in range(len(KINDS))
+        if KINDS[kind] is not _thin_legs or ROBOTS[name][0].profile.swing
+    ]
     timed = [job for job in jobs if KINDS[job[1]] is _tick]
     found = [*in_parallel(_job, [job for job in jobs if job not in timed]), *map(_job, timed)]
     return [trial for _, trial in sorted(found, key=lambda pair: jobs.index(pair[0]))]

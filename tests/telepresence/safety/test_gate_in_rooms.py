@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
-from safety.robots import INFRARED_ROBOT, LASER_ROBOT, PEPPER_ROBOT
+from safety.robots import INFRARED_ROBOT, LASER_ROBOT, MEASURED_ROBOT, PEPPER_ROBOT
 from safety.suite import GATES, Cell
-from safety.trials import AWAY_WITHIN, doorway, escapes, false_stops, slide
+from safety.trials import AWAY_WITHIN, doorway, escapes, false_stops, slide, thin_legs
 from safety.worlds import PERSON
 
 pytestmark = pytest.mark.slow
@@ -30,6 +30,11 @@ def test_careful_scan_hits_nothing_that_stands():
     outcome = drive("infrared", "gate, careful", 0.20, 60)
     assert outcome.static_hits.sum() == 0
     assert passed(outcome) > 0.85
+
+
+@pytest.mark.parametrize("robot", [INFRARED_ROBOT, MEASURED_ROBOT], ids=lambda robot: robot.name)
+def test_careful_scan_meets_thin_legs_before_the_robot_does(robot):
+    assert thin_legs(robot, 0.20, 40, SEED).max(initial=0.0) < 0.05
 
 
 def test_without_it_the_gate_hits_far_less_than_the_bubble_and_passes_no_less():

@@ -1,12 +1,11 @@
-"""Outlines, sonar echoes, and the swing of the careful scan."""
+"""Outlines and sonar echoes."""
 
 import math
 
 import numpy as np
 import pytest
 
-from telepresence.safety import PEPPER, ROBOTINO, Command, Odometry, Outline, VelocityGate
-from telepresence.safety.careful_scan import BodySwing
+from telepresence.safety import PEPPER, Outline
 from telepresence.safety.scan import scan_of_ranges
 from telepresence.safety.sonar import Echoes
 
@@ -46,40 +45,3 @@ def test_an_echo_counts_only_if_nothing_known_explains_it():
     assert len(list(echoes)) == 1
     echoes.observe(SONAR, scan_of_ranges(SONAR, np.array([SONAR.max_range])), np.empty((0, 2)))
     assert not list(echoes)
-
-
-def test_the_swing_covers_the_gap_between_two_beams_and_comes_home():
-    swing, theta, rate, widest = BodySwing(ROBOTINO.swing), 0.0, 0.0, 0.0
-    for _ in range(200):
-        wanted = swing.rate(theta, 0.0, True, 0.05)
-        rate += max(-0.15, min(0.15, wanted - rate))
-        theta += 0.05 * rate
-        widest = max(widest, abs(theta))
-    assert math.radians(20.0) < widest < math.radians(32.0)
-    for _ in range(100):
-        theta += 0.05 * swing.rate(theta, 0.0, False, 0.05)
-    assert abs(theta) < 0.05
-
-
-def test_a_body_that_swings_stands_as_soon_as_nothing_is_asked_of_it():
-    """Turning back to the pilot's heading took a second; a robot whose pilot is lost must stand within half of one."""
-    gate, theta, rate, number = VelocityGate(ROBOTINO, careful=True), 0.0, 0.0, 0
-
-    def tick(vx):
-        nonlocal theta, rate, number
-        number += 1
-        now = 0.05 * number
-        gate.update_ranges("infrared", now, [0.41 + 0.001 * (number % 3)] * 9)
-        decision = gate.step(now, Command(vx, 0.0, 0.0, now), Odometry(0.0, 0.0, theta, now))
-        rate += max(-0.15, min(0.15, decision.wz - rate))  # 3 rad/s2, as the base takes
-        theta += 0.05 * rate
-        return decision
-
-    while abs(tick(0.1).swing) < math.radians(10.0):
-        assert number < 200, "it swings"
-    for _ in range(20):
-        decision = tick(0.0)
-        assert (decision.vx, decision.vy, decision.wz) == (0.0, 0.0, 0.0)
-    decision = tick(0.1)
-    towards = math.atan2(decision.vy, decision.vx) + theta
-    assert abs(theta) > math.radians(5.0) and abs(towards) < math.radians(1.0), "the pilot's direction has stayed"
