@@ -30,10 +30,11 @@ from websockets.frames import Frame, Opcode
 from websockets.sync.client import ClientConnection
 
 from pepper_sim.tablet.devtools import DevTools
-from telepresence.page.app import DIALS, MOST_BODY, MOST_LINKS
+from telepresence.page.app import MOST_BODY
 from telepresence.page.attempts import MOST, PERIOD
 from telepresence.page.browser_messages import MOST_PER_SECOND
 from telepresence.page.commands import REQUESTS
+from telepresence.page.tabs import DIALS, MOST_LINKS
 from telepresence.station import processes
 from telepresence.station.pilot_page import PILOT_PAGE_KEY
 from telepresence.station.ros_master import master_answers

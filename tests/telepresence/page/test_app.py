@@ -8,8 +8,7 @@ import aiohttp
 import pytest
 from page_server import ANNA, serve
 
-from telepresence.page import app as page_app
-from telepresence.page import browser_messages, sign_in_routes
+from telepresence.page import browser_messages, sign_in_routes, tabs
 from telepresence.page.app import MOST_BODY
 from telepresence.page.sign_ins import COOKIE, MOST_OF_ONE
 
@@ -96,7 +95,7 @@ def test_what_is_no_request_of_the_page_is_refused(on_page, body):
 def test_an_offer_that_is_none_is_refused_and_leaves_nothing_behind(on_page, sdp):
     async def scenario(client):
         cookies = await client.enter()
-        for attempt in range(1, page_app.MOST_LINKS + 2):
+        for attempt in range(1, tabs.MOST_LINKS + 2):
             offer = {"robot": "Pepper", "page": "0123456789abcdef", "attempt": attempt, "sdp": sdp}
             assert await client.status("POST", "/offer", offer, cookies) == 400
 
@@ -134,11 +133,11 @@ def test_pages_of_one_sign_in_are_windows_of_their_own_and_few(on_page):
             stop = {"robot": "Pepper", "page": f"{number:x}" * 16}
             assert await client.status("POST", "/stop", stop, cookies) == 200
 
-        for number in (*range(page_app.MOST_TABS), 0, 0xF):
+        for number in (*range(tabs.MOST_TABS), 0, 0xF):
             await press(number)
-        assert len(set(robot.windows)) == page_app.MOST_TABS + 1 == len(robot.windows)
+        assert len(set(robot.windows)) == tabs.MOST_TABS + 1 == len(robot.windows)
         await press(0)
-        assert len(robot.windows) == page_app.MOST_TABS + 1
+        assert len(robot.windows) == tabs.MOST_TABS + 1
         await press(1)  # used last longest ago, so it has made room for the last one
         assert robot.windows[-1] == robot.windows[1]
 
@@ -156,7 +155,7 @@ def test_pages_whose_numbers_begin_alike_are_different_windows(on_page):
 
 
 def test_a_robot_that_fails_once_does_not_end_the_looks_at_the_browsers(on_page, monkeypatch, caplog):
-    monkeypatch.setattr(page_app, "BROWSER_KEPT", 0.1)
+    monkeypatch.setattr(tabs, "BROWSER_KEPT", 0.1)
 
     async def scenario(client):
         def fail(names):
@@ -168,14 +167,14 @@ def test_a_robot_that_fails_once_does_not_end_the_looks_at_the_browsers(on_page,
             while "on purpose" not in caplog.text:
                 await asyncio.sleep(0.01)
             await socket.close()
-            while client.page._tabs:
+            while client.page._tabs.all:
                 await asyncio.sleep(0.01)
 
     on_page(scenario)
 
 
 def test_a_sign_in_that_opens_page_after_page_is_held_up(on_page, monkeypatch):
-    monkeypatch.setattr(page_app, "NEW_TABS", (5, 3600.0))
+    monkeypatch.setattr(tabs, "NEW_TABS", (5, 3600.0))
 
     async def scenario(client):
         cookies = await client.enter()
@@ -192,7 +191,7 @@ def test_an_attempt_that_waits_for_the_end_of_an_old_one_ends_no_later_one(on_pa
     async def scenario(client):
         cookies = await client.enter()
         _old = await client.socket(cookies, attempt=1)
-        (link,) = client.page._links.values()
+        (link,) = client.page._tabs.links.values()
         close, ends, ended = link.close, asyncio.Event(), asyncio.Event()
 
         async def close_slowly():

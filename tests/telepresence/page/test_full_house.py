@@ -11,9 +11,8 @@ from page_in_process import PageInProcess
 from page_server import ANNA
 from page_stranger import FORWARD, Pilot, Stranger, says_goodbye
 
-from telepresence.page import app as page_app
-from telepresence.page import browser_messages
-from telepresence.page.app import MOST_LINKS
+from telepresence.page import browser_messages, tabs
+from telepresence.page.tabs import MOST_LINKS
 
 
 @pytest.fixture
@@ -27,7 +26,7 @@ def test_the_newest_guest_makes_room_and_the_one_who_drives_stays(
     page: PageInProcess, wait_until: Callable, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The lab's drive_lease lets in whoever has a name: here everybody but anna counts as a guest.
-    monkeypatch.setattr(page_app, "is_guest_name", lambda name: name != ANNA["name"])
+    monkeypatch.setattr(tabs, "is_guest_name", lambda name: name != ANNA["name"])
     monkeypatch.setattr(browser_messages, "SILENCE", 60.0)  # the others have nothing to say
     stranger, robot = Stranger(page.url), page.robots["Pepper"]
     with contextlib.ExitStack() as opened:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from page_server import OneRobot
 
-from telepresence.page.app import RobotOnPage
+from telepresence.page.robot_on_page import RobotOnPage
 
 
 class Robot(OneRobot):
