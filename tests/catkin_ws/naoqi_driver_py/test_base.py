@@ -362,13 +362,14 @@ def test_refusal_of_the_robot_is_told_for_a_while(drive, memory):
     memory.refusals.append(["obstacle", 1, [1.0, 0.0, 0.0]])
     driver.supervise()
     driver.hold(0.2, 0.1)
-    assert driver.base.state == "driving, but the robot refuses: obstacle"
+    told = "driving, but the robot refuses: obstacle, nearer than the robot itself allows; turn, or drive away from it"
+    assert driver.base.state == told
     driver.hold(0.2, REFUSAL_SHOWN)
     assert driver.base.state == "driving"
 
 
 def test_first_refusal_of_its_life_is_told_too(drive, memory):
-    memory.refusals.append(["obstacle", 0, [1.0, 0.0, 0.0]])
+    memory.refusals.append(["hatch open", 0, [0.0, 0.0, 0.0]])
     drive.supervise()
     drive.hold(0.2, 0.1)
-    assert drive.base.state == "driving, but the robot refuses: obstacle"
+    assert drive.base.state == "driving, but the robot refuses: hatch open"

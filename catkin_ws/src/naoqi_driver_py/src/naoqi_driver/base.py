@@ -34,6 +34,9 @@ ANSWER_TIME = 0.3
 """Seconds of driving after which the drive server must have obeyed; what it said before was about something else."""
 REFUSAL_KEY = "ALMotion/MoveFailed"
 """ALMemory: [cause, 0 not started or 1 stopped under way, [x, y, z] of the obstacle in the world]."""
+OBSTACLE = "obstacle"
+WAY_OUT = "nearer than the robot itself allows; turn, or drive away from it"
+"""What a pilot can do whom the safety gate lets drive and ALMotion's own security distances do not."""
 REFUSAL_LENGTH = 80
 """Characters of a cause that are shown."""
 REFUSAL_SHOWN = 2.0
@@ -166,6 +169,8 @@ class BaseDriver:
         if self._refusal_stamp not in (None, stamp) and value:
             cause = value[0] if isinstance(value, list | tuple) else value
             self._refusal = clean(cause, REFUSAL_LENGTH) if isinstance(cause, str) else kind(cause)
+            if self._refusal.lower() == OBSTACLE:
+                self._refusal = f"{OBSTACLE}, {WAY_OUT}"
             self._refusal_until = now + REFUSAL_SHOWN
             self._refusal_log.repeat()
         if self._refusal and now < self._refusal_until:
