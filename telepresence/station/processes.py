@@ -23,6 +23,8 @@ from typing import Any
 from telepresence.station.adopted import Adopted
 
 PR_SET_CHILD_SUBREAPER = 36  # linux/prctl.h
+_UNLESS_ORPHAN = '[ "$PPID" = "$0" ] && exec "$@"'
+"""The parent may have died before it was said what is to happen then."""
 
 
 def adopt_orphans() -> None:
@@ -56,7 +58,7 @@ def start(argv: Sequence[str], *, tied: bool = False, **popen: Any) -> subproces
     if tied:
         if shutil.which(words[0]) is None:
             raise FileNotFoundError(f"there is no program {words[0]}")
-        words = ["setpriv", "--pdeathsig", "INT", *words]
+        words = ["setpriv", "--pdeathsig", "INT", "sh", "-c", _UNLESS_ORPHAN, str(os.getpid()), *words]
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # inherited by a background job of a shell, and passed on
             words = ["env", "--default-signal=INT", *words]
     return subprocess.Popen(words, start_new_session=True, **popen)

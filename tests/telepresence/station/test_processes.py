@@ -1,5 +1,7 @@
 """Programs end, with everything they started."""
 
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +10,7 @@ import pytest
 
 from telepresence.station import processes
 
+SETPRIV = shutil.which("setpriv")
 STUBBORN = (
     "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); print('ready', flush=True); time.sleep(60)"
 )
@@ -41,6 +44,25 @@ def test_a_tied_program_ends_when_its_parent_is_killed(wait_until, interrupt):
     killed.wait()
     killed.stdout.close()
     wait_until(lambda: child not in processes.descendants(), "the child has ended")
+
+
+def test_a_tied_program_whose_parent_is_dead_before_it_begins_does_not_begin(tmp_path):
+    """A roscore that was killed as it started its rosout left it behind."""
+    late = tmp_path / "setpriv"
+    late.write_text(f'#!/bin/sh\nwhile [ ! -e {tmp_path}/parent_is_dead ]; do sleep 0.01; done\nexec {SETPRIV} "$@"\n')
+    late.chmod(0o755)
+    parent = (
+        "import os; from telepresence.station import processes;"
+        f"processes.start(['touch', '{tmp_path}/begun'], tied=True); os._exit(0)"
+    )
+    words = [sys.executable, "-c", parent]
+    with subprocess.Popen(
+        words, stdout=subprocess.PIPE, env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    ) as killed:
+        killed.wait()
+        (tmp_path / "parent_is_dead").touch()
+        assert killed.stdout.read() == b"", "closed by the last that had it"
+    assert not (tmp_path / "begun").exists()
 
 
 def test_a_tied_program_that_does_not_exist_is_told_at_once():
