@@ -65,7 +65,7 @@ class BodySwing:
             sight: How far from the robot that is when a beam last looked beside it [m].
             reaction, braking: Of the base [s], [m/s²].
         """
-        return stopping_speed(sight, reaction + self._sweep(), braking)
+        return float(stopping_speed(sight, reaction + self._blind_time(), braking))
 
     def offset(self, theta: float) -> float:
         """Return how far the body is turned away from the pilot's heading [rad]."""
@@ -116,12 +116,17 @@ class BodySwing:
             self._turn_back(offset)
         return self._side * swing.rate
 
-    def _sweep(self) -> float:
-        """Return how long it takes at most until a beam has looked everywhere [s]: from side to side, as last time, or
-        as this time if that takes longer already; at first from the middle to one side and then to the other."""
-        headings = [heading for _, heading in self._headings]
-        looked = headings and max(headings) - min(headings) >= 2.0 * self._swing.amplitude
-        return max(self._last_sweep, self._since) * (1.0 if looked else FIRST)
+    def _blind_time(self) -> float:
+        """Return how long it takes until a beam has looked everywhere [s]: from side to side, as last time; longer if
+        it is longer ago that the body turned by the gap between two beams, for whatever reason. If that was not lately:
+        from the middle to one side and then to the other."""
+        now = self._headings[-1][0] if self._headings else 0.0
+        low, high = math.inf, -math.inf
+        for at, heading in reversed(self._headings):
+            low, high = min(low, heading), max(high, heading)
+            if high - low >= self._swing.gap:
+                return max(self._last_sweep, now - at)
+        return FIRST * max(self._last_sweep, self._since)
 
     def _turn_back(self, offset: float) -> None:
         if self._swept:

@@ -145,12 +145,14 @@ class Swing:
     """Careful scan: turning to and fro while driving, so that beams with gaps between them see everything.
 
     Args:
-        amplitude: To either side [rad]; at least half the angle between two beams.
+        gap: Between two beams [rad].
+        amplitude: To either side [rad]; at least half the gap.
         rate: Turning rate [rad/s].
         lead: How long the body turns on, as if at its rate, after it is told to turn back: a first guess [s].
-        sweep: How long it takes from side to side: a first guess, of a slow one [s].
+        sweep: How long it takes from side to side: a first guess [s].
     """
 
+    gap: float
     amplitude: float
     rate: float
     lead: float
@@ -233,7 +235,7 @@ ROBOTINO = RobotProfile(
     Outline.disc(0.2266),  # hull of the Webots model
     _ROBOTINO_LIMITS,
     (INFRARED,),
-    Swing(amplitude=0.384, rate=1.2, lead=0.29, sweep=1.5),
+    Swing(gap=math.tau / 9, amplitude=0.384, rate=1.2, lead=0.29, sweep=1.2),
 )
 """Robotino as delivered: nine infrared beams."""
 
