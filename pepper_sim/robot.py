@@ -107,7 +107,7 @@ class Pepper:
         self._fallen = False
         self._snapshot: tuple[int, Snapshot] | None = None
         self._contacts = ChargingContacts(model, prefix)
-        self._held = False
+        self._held: set[str] = set()
         self._sensors = Sensors(world, prefix, self._add_obstacles, self._rng)
         self._readings = Readings(
             world, self._joints, self._base, self._motion, self._inertial, self._sensors, self._power
@@ -184,15 +184,17 @@ class Pepper:
 
     @property
     def can_drive(self) -> bool:
-        """Whether the legs are stiff enough for the base to move, and the robot has not fallen."""
+        """Whether the robot stands on stiff legs, so that the base can move."""
         with self.world.locked():
-            return not self._fallen and not self._joints.legs_limp
+            return not (self._fallen or self._joints.legs_limp or "stiffness" in self._held)
 
-    def hold_base(self, held: bool) -> None:
-        """Refuse every motion of the base, because the robot is on its charging station, or allow them again."""
+    def hold_base(self, cause: str, held: bool) -> None:
+        """Refuse every motion of the base because of `cause`, or no longer because of that: "charging" on the station,
+        "stiffness" at rest and on the way there and back.
+        """
         with self.world.locked():
             self._obey()
-            self._held = held
+            (self._held.add if held else self._held.discard)(cause)
             self._check_able()
 
     # --- joints ------------------------------------------------------------------------------------------------------
@@ -349,7 +351,8 @@ class Pepper:
             self._joints.reset(data, STAND)
             self._base.write(data)
             self._sensors.reset()
-            self._fallen = self._held = False
+            self._fallen = False
+            self._held.clear()
             self._snapshot = None
             mujoco.mj_kinematics(self.world.model, data)
             self._inertial.reset(data)
@@ -388,7 +391,7 @@ class Pepper:
         if self._fallen:
             self._motion.refuse("fallen")
         elif self._held:
-            self._motion.refuse("charging")
+            self._motion.refuse(min(self._held))
         elif self._joints.legs_limp:
             self._motion.refuse("stiffness")
 

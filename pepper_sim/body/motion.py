@@ -82,7 +82,7 @@ class BaseMotion:
         """End moves and stops that somebody waits for, although nothing will move any more."""
         self._end_move(False)
         self._velocity = (0.0, 0.0, 0.0)
-        self._finish_stops()
+        self._finish_stops(stands=True)
 
     def set_velocity(self, vx: float, vy: float, wz: float) -> None:
         """Drive until the next command; ends a move."""
@@ -105,7 +105,11 @@ class BaseMotion:
         return self._arrival
 
     def stop(self, abrupt: bool) -> Future:
-        """Brake to a standstill; the future is done when the wheels stand still."""
+        """Brake to a standstill.
+
+        Returns:
+            Future: True when the wheels stand still, False when another command makes them go on.
+        """
         self._end_move(False)
         self._velocity = (0.0, 0.0, 0.0)
         self._failure_reported = False
@@ -113,7 +117,7 @@ class BaseMotion:
         future: Future = Future()
         self._standing.append(future)
         if self._base.standing:
-            self._finish_stops()
+            self._finish_stops(stands=True)
         return future
 
     def refuse(self, cause: str) -> None:
@@ -128,10 +132,12 @@ class BaseMotion:
         """Advance by one tick: plan, respect obstacles, accelerate, integrate odometry."""
         if not self.moving:
             if self._standing:
-                self._finish_stops()
+                self._finish_stops(stands=True)
             return
         if self._arrival is not None and self._arrival.cancelled():
             self._end_move(False)
+        if self._legs or any(self._velocity):  # another command: whoever waits for the stop would wait for ever
+            self._finish_stops(stands=False)
         vx, vy, wz = self._plan_velocity() if self._legs else self._velocity
         if vx or vy:
             speed = math.hypot(vx, vy)
@@ -150,7 +156,7 @@ class BaseMotion:
         braking = ABRUPT_BRAKING if self._abrupt else None
         self._base.drive(vx, vy, wz, dt, braking=braking, on_course=bool(self._legs))
         if self._base.standing:
-            self._finish_stops()
+            self._finish_stops(stands=True)
 
     def _plan_velocity(self) -> Pose:
         """Return the velocity towards the end of the current leg: the fastest that can still stop there."""
@@ -202,11 +208,11 @@ class BaseMotion:
             future, self._arrival = self._arrival, None
             self._post(lambda: resolve(future, reached))
 
-    def _finish_stops(self) -> None:
+    def _finish_stops(self, *, stands: bool) -> None:
         waiting, self._standing = self._standing, []
         self._abrupt = False
         for future in waiting:
-            self._post(partial(resolve, future, True))
+            self._post(partial(resolve, future, stands))
 
 
 def _plan(start: Pose, waypoints: Sequence[Pose], limits: BaseLimits, duration: float | None) -> list[_Leg]:

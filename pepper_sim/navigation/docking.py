@@ -127,7 +127,7 @@ class Docking:
         self._report("status", DOCKING)
         if not self._robot.can_drive:
             return ASLEEP
-        self._robot.hold_base(False)
+        self._robot.hold_base("charging", False)
         for position in positions:
             yield from self._drive(position, BACKWARDS)
         return (yield from self._connect())
@@ -137,7 +137,7 @@ class Docking:
         self._report("status", LEAVING)
         if not self.connected:
             return NO_HYPOTHESIS
-        self._robot.hold_base(False)
+        self._robot.hold_base("charging", False)
         if (yield from self._drive(Pose(IN_FRONT, 0.0, 0.0), BACKWARDS)):
             self._report("CloseToChargingStation", False)
             self._report("LeaveSuccess", [])
@@ -157,7 +157,7 @@ class Docking:
         """Wait until the station charges the robot; if it does not, drive away from it."""
         for _ in range(round(_CONNECTING / 0.08)):
             if self.connected:
-                self._robot.hold_base(True)
+                self._robot.hold_base("charging", True)
                 self._report("CloseToChargingStation", True)
                 self._report("ConnectedToChargingStation", [])
                 self._report("DockingSuccess", [])

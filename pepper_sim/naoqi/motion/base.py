@@ -68,7 +68,10 @@ class MotionBase:
 
     @remote("b()")
     def stopMove(self) -> concurrent.futures.Future:
-        """Stops as fast as is comfortable; ends move, moveToward and moveTo. True when the robot stands."""
+        """Stops as fast as is comfortable; ends move, moveToward and moveTo.
+
+        True when the robot stands, false when another command drives it on.
+        """
         return self._robot.stop_move()
 
     @remote("v()")

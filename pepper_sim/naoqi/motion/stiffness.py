@@ -59,7 +59,10 @@ class MotionStiffness:
 
     @remote("v()")
     def rest(self) -> concurrent.futures.Future:
-        """Goes to a safe posture and turns the motors off; ends when they are off."""
+        """Stops, goes to a safe posture and turns the motors off; ends when they are off.
+
+        Until wakeUp has ended the robot does not drive.
+        """
         self._require_upright("rest")
         return self._workers.run(self._rest)
 
@@ -142,6 +145,7 @@ class MotionStiffness:
             self._memory.announce("ALMotion/Stiffness/wakeUpStarted", 1)
             self._robot.set_stiffness(dict.fromkeys(BODY, 1.0))
             arrived = self._joints.go(STAND, _WAKE_SPEED, "wakeUp").result()
+            self._robot.hold_base("stiffness", False)
             self._set_awake(True)
             self._memory.announce("ALMotion/Stiffness/wakeUpFinished", 1)
             return bool(arrived)
@@ -151,11 +155,13 @@ class MotionStiffness:
             if not self.awake and not any(self._robot.snapshot().stiffness.values()):
                 return
             self._memory.announce("ALMotion/Stiffness/restStarted", 1)
+            self._robot.hold_base("stiffness", True)  # from now on nobody drives it on, until it stands again
             self._robot.stop_move().result()
             self._set_awake(False)
             self._joints.go(CROUCH, _REST_SPEED, "rest").result()
-            if self.awake:
-                return  # somebody woke it up in the meantime
+            if self.awake:  # the world was reset in the meantime
+                self._robot.hold_base("stiffness", False)
+                return
             self._robot.set_stiffness(dict.fromkeys(BODY, 0.0))
             self._memory.announce("ALMotion/Stiffness/restFinished", 1)
 

@@ -150,6 +150,39 @@ def test_stop_while_standing_is_done_at_once():
     assert until(pepper, pepper.stop_move()) <= TICK
 
 
+@pytest.mark.parametrize(
+    "drive", [lambda pepper: pepper.set_velocity(0.2, 0.0, 0.0), lambda pepper: pepper.move_to([(1.0, 0.0, 0.0)])]
+)
+def test_a_stop_is_over_when_another_command_drives_on(drive):
+    pepper = make()
+    pepper.set_velocity(0.35, 0.0, 0.0)
+    pepper.world.step(300)
+    stop = pepper.stop_move()
+    drive(pepper)
+    until(pepper, stop, seconds=0.1)
+    assert stop.result() is False
+    assert pepper.snapshot().velocity[0] > 0.1, "it has not stood"
+
+
+def test_a_held_base_comes_to_a_stop_whatever_is_commanded():
+    pepper = make()
+    pepper.set_velocity(0.35, 0.0, 0.0)
+    pepper.world.step(300)
+    pepper.hold_base("stiffness", True)
+    stop = pepper.stop_move()
+    while not stop.done():
+        pepper.set_velocity(0.35, 0.0, 0.0)
+        pepper.world.step(1)
+        assert pepper.world.time < 10.0
+    assert stop.result() is True and not pepper.snapshot().moving and not pepper.can_drive
+    assert pepper.snapshot().move_failed.cause == "stiffness"
+    pepper.hold_base("charging", True)
+    pepper.hold_base("stiffness", False)
+    pepper.set_velocity(0.35, 0.0, 0.0)
+    pepper.world.step(1)
+    assert not pepper.snapshot().moving, "the other cause still holds"
+
+
 @pytest.mark.parametrize("interrupt", ["set_velocity", "move_to", "stop_move"])
 def test_a_new_command_interrupts_a_move(interrupt):
     pepper = make()

@@ -97,6 +97,14 @@ def test_stop_ends_a_move_that_is_under_way(naoqi, wait_until):
     assert call.value(5000) is False
 
 
+def test_a_stop_is_answered_although_another_client_drives_on(naoqi, wait_until, insist):
+    motion = naoqi.ALMotion
+    insist("move", 0.0, 0.0, 0.5)
+    wait_until(lambda: motion.getRobotVelocity()[2] > 0.4, "the robot turns")
+    assert motion.stopMove(_async=True).value(10_000) is False
+    wait_until(lambda: motion.getRobotVelocity()[2] > 0.4, "the robot turns on")
+
+
 def test_a_new_command_ends_a_move(naoqi, wait_until):
     motion = naoqi.ALMotion
     call = motion.moveTo(1.0, 0.0, 0.0, _async=True)

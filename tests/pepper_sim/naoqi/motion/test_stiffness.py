@@ -88,6 +88,35 @@ def test_rest_does_not_wait_for_motions_that_run_or_wait(naoqi, wait_until):
     assert motion.getStiffnesses("Body") == [0.0] * 17
 
 
+def test_rest_is_not_lost_while_somebody_drives(naoqi, wait_until, insist):
+    motion = naoqi.ALMotion
+    insist("move", 0.2, 0.0, 0.0)
+    wait_until(lambda: motion.getRobotVelocity()[0] > 0.15, "the pilot drives")
+    motion.rest(_async=True).value(20_000)
+    x, y = naoqi.robot.truth()[:2]
+    assert motion.robotIsWakeUp() is False
+    assert naoqi.ALRobotPosture.getPosture() == "Crouch"
+    assert motion.getStiffnesses("Body") == [0.0] * 17
+    assert motion.moveTo(0.3, 0.0, 0.0) is False
+    assert naoqi.robot.truth()[:2] == pytest.approx((x, y), abs=0.005)
+    assert motion.wakeUp() is True
+    wait_until(lambda: motion.getRobotVelocity()[0] > 0.15, "awake, it drives again")
+
+
+def test_a_robot_on_its_way_to_rest_or_up_does_not_drive(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    for method, asleep in (("rest", True), ("wakeUp", False)):
+        x, y = naoqi.robot.truth()[:2]
+        call = getattr(motion, method)(_async=True)
+        wait_until(lambda method=method: [task[0] for task in motion.getTaskList()] == [method], "it is on its way")
+        assert motion.moveTo(0.3, 0.0, 0.0) is False
+        motion.move(0.3, 0.0, 0.0)
+        call.value(20_000)
+        assert motion.robotIsWakeUp() is not asleep
+        assert naoqi.robot.truth()[:2] == pytest.approx((x, y), abs=0.005)
+    assert motion.moveTo(0.1, 0.0, 0.0) is True
+
+
 def test_setting_stiffness_ends_its_interpolation(naoqi, wait_until):
     motion = naoqi.ALMotion
     call = motion.stiffnessInterpolation("Head", 0.5, 60.0, _async=True)
