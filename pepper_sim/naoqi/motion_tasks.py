@@ -109,12 +109,12 @@ class MotionTasks:
         task.end()
         return True
 
-    def end_using(self, resources: Iterable[str]) -> None:
-        """End the motions that use one of `resources` and those that wait for it."""
+    def end_using(self, resources: Iterable[str], *, sparing: str = "") -> None:
+        """End the motions that use one of `resources` and those that wait for it, but those of the name `sparing`."""
         wanted = set(resources)
         with self._lock:  # what waits first, or it would start in the place of what ends
-            bookings = [*self._waiting, *self._running.values()]
-            added = [task for task in self._added.values() if wanted & set(task.resources)]
+            bookings = [b for b in (*self._waiting, *self._running.values()) if b.name != sparing]
+            added = [t for t in self._added.values() if wanted & set(t.resources) and t.name != sparing]
         for booking in bookings:
             if wanted & booking.resources:
                 self._end(booking)

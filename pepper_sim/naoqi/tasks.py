@@ -8,7 +8,7 @@ import itertools
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from pepper_sim.body.joints import resolve
@@ -150,4 +150,28 @@ def chained(future: concurrent.futures.Future, answer: Callable[[Any], Any]) -> 
 
     future.add_done_callback(finish)
     after.add_done_callback(lambda done: future.cancel() if done.cancelled() else None)
+    return after
+
+
+def all_ended(futures: Sequence[concurrent.futures.Future], answer: concurrent.futures.Future) -> concurrent.futures.Future:
+    """Return a future that ends once all `futures` have, with the result of `answer`, one of them; false if that was
+    cancelled. Cancelling it cancels them all."""
+    after: concurrent.futures.Future = concurrent.futures.Future()
+    running, lock = set(futures), threading.Lock()
+
+    def ended(future: concurrent.futures.Future) -> None:
+        with lock:
+            running.discard(future)
+            last = not running
+        if last:
+            resolve(after, not answer.cancelled() and answer.result())
+
+    def end(done: concurrent.futures.Future) -> None:
+        if done.cancelled():
+            for future in futures:
+                future.cancel()
+
+    after.add_done_callback(end)
+    for future in futures:
+        future.add_done_callback(ended)
     return after

@@ -12,10 +12,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from pepper_sim.body.description import MOTION_CYCLE
-from pepper_sim.naoqi.joint_names import BODY, HANDS, joints_of, per_joint, values_for
+from pepper_sim.naoqi.joint_names import BODY, CHAINS, GROUPS, HANDS, joints_of, per_joint, values_for
 from pepper_sim.naoqi.motion.bezier import bezier_knots
 from pepper_sim.naoqi.motion_tasks import MotionTasks
 from pepper_sim.naoqi.service import ServiceError, finite, one_of, remote, shown, within
+from pepper_sim.naoqi.tasks import all_ended
 from pepper_sim.robot import Pepper
 from telepresence.naoqi.incoming_call import NotNow
 
@@ -153,16 +154,22 @@ class MotionJoints:
         self, angles: Mapping[str, float], fraction: float, name: str = "angleInterpolation", *, yields: bool = False
     ) -> concurrent.futures.Future:
         """Move joints so that all arrive together, the slowest at `fraction` of its top speed; see `plan`."""
+        return self.plan(name, angles, lambda setpoints: self._together(angles, fraction, setpoints), yields=yields)
 
-        def knots(setpoints: Mapping[str, float]) -> Knots:
-            duration = SHORTEST_MOTION
-            for joint, angle in angles.items():
-                limits = self._robot.LIMITS[joint]
-                distance = abs(min(max(angle, limits.lower), limits.upper) - setpoints[joint])
-                duration = max(duration, PEAK_OVER_MEAN_SPEED * distance / (fraction * limits.velocity))
-            return {joint: [(duration, angle)] for joint, angle in angles.items()}
+    def take_posture(self, angles: Mapping[str, float], fraction: float, name: str) -> concurrent.futures.Future:
+        """Move the whole body as `go` does, but each chain for itself: whoever moves the head meanwhile has it, and the
+        robot stands up or crouches all the same.
 
-        return self.plan(name, angles, knots, yields=yields)
+        Returns:
+            Future: true when the leg got there, false when another command took it.
+        """
+
+        def start() -> concurrent.futures.Future:
+            knots = self._together(angles, fraction, self._robot.snapshot().joint_setpoints)
+            chains = {chain: self._robot.follow({joint: knots[joint] for joint in GROUPS[chain]}) for chain in CHAINS}
+            return all_ended(list(chains.values()), chains["Leg"])
+
+        return self._tasks.book(name, angles, start)
 
     def follow(self, name: str, knots: Knots, *, yields: bool = False) -> concurrent.futures.Future:
         """Move joints through (seconds from the start, angle) as the task `name`; see `plan`."""
@@ -192,6 +199,14 @@ class MotionJoints:
         )
 
     # --- inside ------------------------------------------------------------------------------------------------------
+
+    def _together(self, angles: Mapping[str, float], fraction: float, setpoints: Mapping[str, float]) -> Knots:
+        duration = SHORTEST_MOTION
+        for joint, angle in angles.items():
+            limits = self._robot.LIMITS[joint]
+            distance = abs(min(max(angle, limits.lower), limits.upper) - setpoints[joint])
+            duration = max(duration, PEAK_OVER_MEAN_SPEED * distance / (fraction * limits.velocity))
+        return {joint: [(duration, angle)] for joint, angle in angles.items()}
 
     def _set(self, angles: Mapping[str, float], fractions: Mapping[str, float]) -> None:
         speeds = {joint: fractions[joint] * self._robot.LIMITS[joint].velocity for joint in angles}

@@ -123,10 +123,12 @@ class MotionStiffness:
             self._robot.set_stiffness(stiffness)
 
     @contextlib.contextmanager
-    def _whole_body(self) -> Iterator[None]:
-        """Take all joints from whatever uses them or waits for them, an earlier wakeUp or rest included."""
+    def _whole_body(self, *, sparing: str = "") -> Iterator[None]:
+        """Take all joints from whatever uses them or waits for them, an earlier wakeUp or rest included; but wait for
+        the motion of the name `sparing`.
+        """
         while True:
-            self._tasks.end_using((*BODY, *STIFFNESS.values()))
+            self._tasks.end_using((*BODY, *STIFFNESS.values()), sparing=sparing)
             if self._changing.acquire(timeout=MOTION_CYCLE):
                 break
         try:
@@ -144,21 +146,21 @@ class MotionStiffness:
         with self._whole_body():
             self._memory.announce("ALMotion/Stiffness/wakeUpStarted", 1)
             self._robot.set_stiffness(dict.fromkeys(BODY, 1.0))
-            arrived = self._joints.go(STAND, _WAKE_SPEED, "wakeUp").result()
+            arrived = self._joints.take_posture(STAND, _WAKE_SPEED, "wakeUp").result()
             self._robot.hold_base("stiffness", False)
             self._set_awake(True)
             self._memory.announce("ALMotion/Stiffness/wakeUpFinished", 1)
             return bool(arrived)
 
     def _rest(self) -> None:
-        with self._whole_body():
+        with self._whole_body(sparing="rest"):  # a rest cut short by another one would end with the motors off, upright
             if not self.awake and not any(self._robot.snapshot().stiffness.values()):
                 return
             self._memory.announce("ALMotion/Stiffness/restStarted", 1)
             self._robot.hold_base("stiffness", True)  # from now on nobody drives it on, until it stands again
             self._robot.stop_move().result()
             self._set_awake(False)
-            self._joints.go(CROUCH, _REST_SPEED, "rest").result()
+            self._joints.take_posture(CROUCH, _REST_SPEED, "rest").result()
             if self.awake:  # the world was reset in the meantime
                 self._robot.hold_base("stiffness", False)
                 return

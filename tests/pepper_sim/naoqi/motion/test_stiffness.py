@@ -117,6 +117,33 @@ def test_a_robot_on_its_way_to_rest_or_up_does_not_drive(naoqi, wait_until):
     assert motion.moveTo(0.1, 0.0, 0.0) is True
 
 
+def test_whoever_moves_the_head_keeps_the_robot_neither_from_resting_nor_from_standing_up(naoqi, wait_until, insist):
+    motion = naoqi.ALMotion
+    insist("setAngles", "HeadYaw", 0.5, 0.2)
+    wait_until(lambda: motion.getAngles("HeadYaw", True)[0] > 0.1, "the head moves")
+    standing = motion.getAngles("Leg", True)
+    motion.rest()
+    assert motion.getAngles("Leg", True) == pytest.approx([0.0, -1.04, 0.51], abs=0.05), "crouched"
+    assert motion.wakeUp() is True
+    assert motion.getAngles("Leg", True) == pytest.approx(standing, abs=0.05)
+    wait_until(lambda: motion.getAngles("HeadYaw", True)[0] > 0.1, "the head moves again")
+
+
+def test_a_second_rest_waits_for_the_first_and_waking_up_does_not(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    calls = [motion.rest(_async=True) for _ in range(5)]
+    for call in calls:
+        call.value(20_000)
+    assert naoqi.ALRobotPosture.getPosture() == "Crouch"
+    assert motion.getStiffnesses("Body") == [0.0] * 17
+    motion.wakeUp()
+    resting = motion.rest(_async=True)
+    wait_until(lambda: [task[0] for task in motion.getTaskList()] == ["rest"], "it crouches")
+    assert motion.wakeUp() is True
+    resting.value(20_000)
+    assert naoqi.ALRobotPosture.getPosture() == "Stand" and motion.robotIsWakeUp()
+
+
 def test_setting_stiffness_ends_its_interpolation(naoqi, wait_until):
     motion = naoqi.ALMotion
     call = motion.stiffnessInterpolation("Head", 0.5, 60.0, _async=True)
