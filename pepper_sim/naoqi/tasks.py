@@ -153,7 +153,9 @@ def chained(future: concurrent.futures.Future, answer: Callable[[Any], Any]) -> 
     return after
 
 
-def all_ended(futures: Sequence[concurrent.futures.Future], answer: concurrent.futures.Future) -> concurrent.futures.Future:
+def all_ended(
+    futures: Sequence[concurrent.futures.Future], answer: concurrent.futures.Future
+) -> concurrent.futures.Future:
     """Return a future that ends once all `futures` have, with the result of `answer`, one of them; false if that was
     cancelled. Cancelling it cancels them all."""
     after: concurrent.futures.Future = concurrent.futures.Future()
