@@ -1,6 +1,7 @@
 """Targets of ALTracker: where a face, a person, a ball, a mark, a noise or the object of an event is.
 
-People and faces come from the robot's own eyes; the others from what their extractor last wrote into ALMemory. Source:
+People and faces come from the robot's own eyes; the others from what their extractor, or any client, last wrote into
+ALMemory: a value that is malformed or not finite is no target, or the base would drive to it at full speed. Source:
 NAOqi 2.8 documentation, pages trackers and altracker-api; the values are those of the extractors' pages.
 """
 
@@ -82,13 +83,18 @@ class Targets:
 
     def _places(self, kind: _Extracted, parameters: Any) -> list[Place]:
         value = self._memory.read(kind.key)
-        if not isinstance(value, list | tuple) or len(value) < 4 or not _fresh(value[0]):
-            return []
-        camera = [float(number) for number in value[3]]
+        try:
+            if len(value) < 4 or not _fresh(value[0]):
+                return []
+            camera = [float(number) for number in value[3]]
+            places = [[*seen_from(camera, *sighting), 1.0] for sighting in kind.place(value, parameters)]
+            if not np.isfinite(places).all():
+                return []
+        except (TypeError, ValueError, IndexError, OverflowError):
+            return []  # not what an extractor writes, or nothing yet
         with self._robot.world.locked():
             base = self._robot.link_pose("base_footprint")
-        places = [(base @ (*seen_from(camera, *sighting), 1.0))[:3] for sighting in kind.place(value, parameters)]
-        return [(float(place[0]), float(place[1]), float(place[2])) for place in places]
+        return [_place(base @ place) for place in places]
 
     def _of_event(self, event: str) -> Place | None:
         """Read [Position6D in the world, stamp, effector] or [Position6D in torso, in robot, stamp, effector]."""
@@ -97,14 +103,14 @@ class Targets:
             in_world = len(value[1]) == 2
             position, stamp = value[0 if in_world else 1], value[1 if in_world else 2]
             place = np.array([*position[:3], 1.0], float)
-            if not _fresh(stamp):
+            if not (_fresh(stamp) and np.isfinite(place).all()):
                 return None
         except (TypeError, ValueError, IndexError):
             return None  # another kind of value, or none yet
         if not in_world:
             with self._robot.world.locked():
                 place = self._robot.link_pose("base_footprint") @ place
-        return float(place[0]), float(place[1]), float(place[2])
+        return _place(place)
 
 
 def check_parameters(name: str, parameters: Any) -> Any:
@@ -150,6 +156,10 @@ def seen_from(camera: Sequence[float], yaw: float, pitch: float, distance: float
         y + distance * (level[0] * math.sin(heading) + level[1] * math.cos(heading)),
         z + distance * level[2],
     )
+
+
+def _place(point: np.ndarray) -> Place:
+    return float(point[0]), float(point[1]), float(point[2])
 
 
 def _fresh(stamp: Any) -> bool:
