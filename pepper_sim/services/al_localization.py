@@ -115,10 +115,9 @@ class ALLocalization(Module):
         return chained(found, lambda answer: answer if isinstance(answer, list) else self._by_wheels())
 
     @remote("v()")
-    def stopAll(self) -> None:
-        """Ends what is being done."""
-        if self._busy:
-            self._navigator.stop()
+    def stopAll(self) -> concurrent.futures.Future | None:
+        """Ends what is being done; ends itself when the robot no longer drives for it."""
+        return self._navigator.stop() if self._busy else None
 
     @remote("b()")
     def isRelocalizationRequired(self) -> bool:

@@ -76,9 +76,9 @@ class ALNavigation(Module):
         return self._navigate(x, y, theta, config)
 
     @remote("v()")
-    def stopNavigateTo(self) -> None:
-        """Ends navigateTo."""
-        self.navigator.stop()
+    def stopNavigateTo(self) -> concurrent.futures.Future:
+        """Ends navigateTo; ends itself when that no longer drives."""
+        return self.navigator.stop()
 
     @remote("b(m)")
     def moveAlong(self, trajectory: Any) -> concurrent.futures.Future:

@@ -87,10 +87,9 @@ class ALRecharge(Module):
         return self._with_position(OK)[1]
 
     @remote("v()")
-    def stopAll(self) -> None:
-        """Stops what is being done."""
-        if self._status != IDLE:
-            self._navigator.stop()
+    def stopAll(self) -> concurrent.futures.Future | None:
+        """Stops what is being done; ends itself when the robot no longer drives for it."""
+        return self._navigator.stop() if self._status != IDLE else None
 
     @remote("b()")
     def getUseTrackerSearcher(self) -> bool:

@@ -65,10 +65,11 @@ class MapCalls:
         return self._navigator.run(self._begin(), None)
 
     @remote("v()")
-    def stopExploration(self) -> None:
-        """Ends exploring, mapping and localization."""
-        self._navigator.stop()
+    def stopExploration(self) -> concurrent.futures.Future:
+        """Ends exploring, mapping and localization; ends itself when the robot no longer drives for them."""
+        halted = self._navigator.stop()
         self._surveyor.stop()
+        return halted
 
     def _explore(self, radius: float) -> Behaviour[int]:
         self._surveyor.begin()

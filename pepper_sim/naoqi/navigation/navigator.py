@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from pepper_sim.body.joints import resolve
 from pepper_sim.naoqi.motion.base import MotionBase
 from pepper_sim.naoqi.tasks import Workers
 from pepper_sim.navigation.behaviours import PERIOD, Behaviour, Driver
@@ -19,6 +20,9 @@ from pepper_sim.robot import Pepper
 from telepresence.geometry import Pose
 
 log = logging.getLogger(__name__)
+
+HALT_TIMEOUT = 1.0
+"""A behaviour waits so long for the one that it replaces to halt [s]; one that plans a way may take its time."""
 
 
 class BaseWheels:
@@ -64,6 +68,8 @@ class Navigator:
         self._workers = workers
         self._report = report
         self._running: tuple[concurrent.futures.Future, threading.Event] | None = None
+        self._halted: concurrent.futures.Future = concurrent.futures.Future()  # what ran last no longer drives
+        self._halted.set_result(True)
         self._lock = threading.Lock()
         self._infrared: dict[str, bool] = {}
         self._closing = threading.Event()
@@ -72,7 +78,7 @@ class Navigator:
         robot.world.on_reset(self._reset)
 
     def run(self, behaviour: Behaviour[Any], stopped: Any = False) -> concurrent.futures.Future:
-        """Run a behaviour instead of the one that runs.
+        """Run a behaviour instead of the one that runs, once that has halted.
 
         Args:
             stopped: The result if it is stopped before its end.
@@ -80,19 +86,32 @@ class Navigator:
             Future: What the behaviour returns or raises; cancelling it stops the behaviour.
         """
         future: concurrent.futures.Future = concurrent.futures.Future()
-        stop = threading.Event()
+        stop, halted = threading.Event(), concurrent.futures.Future[bool]()
         self.stop()
         with self._lock:
+            before, self._halted = self._halted, halted
             self._running = (future, stop)
-        self._workers.run(self._drive, behaviour, future, stop, stopped)
+
+        def work() -> None:
+            concurrent.futures.wait([before], HALT_TIMEOUT)  # or it would halt what is begun here
+            try:
+                self._drive(behaviour, future, stop, stopped)
+            finally:
+                resolve(halted, True)
+
+        self._workers.run(work)
         return future
 
-    def stop(self) -> None:
-        """Stop the behaviour that runs."""
+    def stop(self) -> concurrent.futures.Future:
+        """Stop the behaviour that runs; the future is done when it has halted, and can stop nobody else any more."""
         with self._lock:
             running, self._running = self._running, None
+            halted = self._halted
         if running is not None:
             running[1].set()
+        future: concurrent.futures.Future = concurrent.futures.Future()  # a client may cancel its own
+        halted.add_done_callback(lambda _: resolve(future, True))
+        return future
 
     @property
     def busy(self) -> bool:

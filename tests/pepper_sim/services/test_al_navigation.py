@@ -98,3 +98,16 @@ def test_a_trajectory_is_driven_in_its_time(naoqi, refused):
     assert naoqi.robot.world.time - before > 1.7
     assert naoqi.ALMotion.getRobotPosition(True) == pytest.approx([0.3, 0.1, 0.4], abs=0.03)
     assert "trajectory" in refused(navigation.moveAlong, ["Straight on"])
+
+
+def test_what_replaces_a_drive_is_driven(naoqi, wait_until):
+    navigation = naoqi.ALNavigation
+    for aside in (0.15, -0.15, 0.15):
+        driving = navigation.navigateTo(0.8, 0.0, _async=True)
+        wait_until(lambda: naoqi.ALMotion.getRobotVelocity()[0] > 0.1, "it drives")
+        x, y, theta = naoqi.ALMotion.getRobotPosition(True)
+        assert navigation.moveAlong(["Holonomic", ["Line", [0.0, aside]], 0.0, 2.0]) is True
+        assert driving.value(10_000) is False
+        dx, dy = (now - then for now, then in zip(naoqi.ALMotion.getRobotPosition(True)[:2], (x, y), strict=True))
+        assert dy * math.cos(theta) - dx * math.sin(theta) == pytest.approx(aside, abs=0.05)
+        assert navigation.stopNavigateTo() is None
