@@ -102,6 +102,8 @@ class Pepper:
         self.consent = OwnerConsent(owner_consents, self._switch_reflexes_on)
         self._motion = BaseMotion(self._base, self.security, world.post)
         self._ordered: deque[tuple[float, float, float]] = deque()  # velocities that came during a tick
+        self.newest_command: object = None
+        """Stands for the base's newest command; another one as soon as somebody else commands it."""
         self._joints = JointMotion(model, prefix, world.post)
         self._power = Power()
         self._fallen = False
@@ -135,21 +137,25 @@ class Pepper:
             raise ValueError(f"base limits must be positive numbers, got {limits}")
         self._base.limits = limits
 
-    def set_velocity(self, vx: float, vy: float, wz: float) -> None:
+    def set_velocity(self, vx: float, vy: float, wz: float) -> object:
         """Drive until the next call, within the base's limits. It never waits: during a tick the velocity is kept for
         whoever has the world next, and nobody sees the robot before it counts.
 
         Args:
             vx, vy: Forward and left in base_footprint [m/s].
             wz: Counter-clockwise [rad/s].
+        Returns:
+            What stands for this command, see `newest_command`.
         Raises:
             ValueError: A value is not finite.
         """
         require_finite("velocity", (vx, vy, wz))
-        self._ordered.append((vx, vy, wz))
+        self.newest_command = command = (vx, vy, wz)
+        self._ordered.append(command)
         with self.world.locked_if_free() as held:
             if held:
                 self._obey()
+        return command
 
     def move_to(self, waypoints: Sequence[tuple[float, float, float]], *, duration: float | None = None) -> Future:
         """Drive through `waypoints` and stop in the last one.
@@ -170,6 +176,7 @@ class Pepper:
             raise ValueError(f"the duration must be a positive number of seconds, got {duration}")
         with self.world.locked():
             self._obey()
+            self.newest_command = object()
             future = self._motion.move_to([(float(x), float(y), float(t)) for x, y, t in waypoints], duration)
             self._check_able()
             self._snapshot = None
@@ -179,7 +186,7 @@ class Pepper:
         """End every motion of the base. The future is done when the wheels stand still."""
         with self.world.locked():
             self._obey()
-            self._snapshot = None
+            self._snapshot, self.newest_command = None, object()
             return self._motion.stop(abrupt)
 
     @property

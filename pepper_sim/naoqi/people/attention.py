@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pepper_sim.naoqi.people.aim import HEAD, head_angles, turn_head
+from pepper_sim.naoqi.people.following_base import FollowingBase
 from pepper_sim.naoqi.people.population import Known, Look, Population
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_motion import ALMotion
@@ -51,7 +52,7 @@ class Attention:
         self._population = population
         self._announce = announce
         self._stimulus: Stimulus | None = None
-        self._driving = False
+        self._base = FollowingBase(robot, motion)
         self.lock = threading.RLock()
         """Held while a look is acted on."""
         self.tracked = NOBODY
@@ -66,10 +67,7 @@ class Attention:
 
     def halt(self) -> None:
         """Stop the base, if it turns or drives after a person."""
-        if self._driving:
-            self._driving = False
-            if not self._motion.tasks.using(("Base",)):
-                self._robot.set_velocity(0.0, 0.0, 0.0)
+        self._base.halt()
 
     def track(self, number: int) -> bool:
         """Track a person from now on; false if nobody of this ID is seen."""
@@ -146,18 +144,17 @@ class Attention:
 
     def _turn_base(self, known: Known) -> None:
         """Turn the base after the head, and step nearer or away; not while somebody else drives."""
-        if self._motion.tasks.using(("Base",)) or (self._robot.snapshot().moving and not self._driving):
+        if not self._base.free:
             return
         x, y, _ = known.last.in_robot
         bearing, distance = math.atan2(y, x), math.hypot(x, y)
         speed = 0.0
         if self.tracking == "MoveContextually":
             speed = _STEP if distance > _FAR else -_STEP if distance < _NEAR else 0.0
-        least = _TURNED if self._driving else _TURNING
+        least = _TURNED if self._base.driving else _TURNING
         turn = _TURN * bearing if abs(bearing) > least else 0.0
         if speed or turn:
-            self._driving = True
             limit = self._robot.base_limits.max_theta
-            self._robot.set_velocity(speed if abs(bearing) < _TURNING else 0.0, 0.0, max(-limit, min(limit, turn)))
+            self._base.drive(speed if abs(bearing) < _TURNING else 0.0, max(-limit, min(limit, turn)))
         else:
             self.halt()

@@ -7,6 +7,7 @@ import threading
 from typing import Any
 
 from pepper_sim.naoqi.people.aim import HEAD, arm_angles, from_world, head_angles, turn_head
+from pepper_sim.naoqi.people.following_base import FollowingBase
 from pepper_sim.naoqi.people.population import Look
 from pepper_sim.naoqi.people.targets import Place, Targets
 from pepper_sim.robot import Pepper
@@ -42,7 +43,8 @@ class Pursuit:
         self._place: Place | None = None
         self._seen = 0.0
         self._lost_since: float | None = None
-        self._driving = self._reached = False
+        self._base = FollowingBase(robot, motion)
+        self._reached = False
         self.target = ""
         self.new = False
         self.relative: list[float] = []
@@ -142,14 +144,10 @@ class Pursuit:
         limits = self.limits or self._robot.base_limits
         speed = 0.0 if abs(bearing) > _TURN_FIRST else max(-limits.max_xy, min(limits.max_xy, _APPROACH * ahead))
         turn = max(-limits.max_theta, min(limits.max_theta, _TURN * bearing))
-        self._driving = True
-        self._robot.set_velocity(speed, 0.0, turn)
+        self._base.drive(speed, turn)
 
     def _halt(self) -> None:
-        if self._driving:
-            self._driving = False
-            if not self._motion.tasks.using(("Base",)):
-                self._robot.set_velocity(0.0, 0.0, 0.0)
+        self._base.halt()
 
     def _miss(self, now: float) -> None:
         self._halt()

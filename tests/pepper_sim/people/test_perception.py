@@ -323,6 +323,44 @@ def test_a_base_that_turns_to_somebody_stops_with_awareness(naoqi, stranger, wai
     awareness.setEnabled(False)
 
 
+def test_a_base_that_turns_to_somebody_gives_way_to_whoever_drives(naoqi, stranger, events, wait_until):
+    """Neither the turn nor its end is anything to a pilot."""
+    awareness, robot, lost = naoqi.ALBasicAwareness, naoqi.robot, events("ALBasicAwareness/HumanLost")
+    naoqi.ALPeoplePerception.setTimeBeforeVisiblePersonDisappears(0.2)
+    stranger.place(1.5, 0.7, math.pi)
+    awareness.setTrackingMode("BodyRotation")
+    awareness.setEnabled(True)
+    wait_until(lambda: robot.snapshot().velocity[2] > 0.1, "the base turns")
+    naoqi.ALMotion.move(-0.1, 0.0, 0.0)
+    wait_until(lambda: naoqi.ALMotion.getRobotVelocity() == pytest.approx([-0.1, 0.0, 0.0]), "the pilot drives")
+    stranger.place(-2.0, 1.5)
+    wait_until(lambda: lost, "nobody is there")
+    awareness.setEnabled(False)
+    assert naoqi.ALMotion.getRobotVelocity() == pytest.approx([-0.1, 0.0, 0.0])
+    naoqi.ALMotion.stopMove()
+    awareness.setTrackingMode("Head")
+    naoqi.ALPeoplePerception.setTimeBeforeVisiblePersonDisappears(2.0)
+
+
+def test_a_tracker_that_drives_gives_way_to_whoever_else_does(naoqi, stranger, events, wait_until):
+    tracker, lost = naoqi.ALTracker, events("ALTracker/TargetLost")
+    stranger.place(3.0, 0.0, math.pi)
+    tracker.registerTarget("People", [])
+    tracker.setMode("Move")
+    tracker.setTimeOut(300)
+    tracker.track("People")
+    wait_until(lambda: naoqi.ALMotion.getRobotVelocity()[0] > 0.1, "it drives")
+    naoqi.ALMotion.move(0.0, 0.0, -0.1)
+    wait_until(lambda: naoqi.ALMotion.getRobotVelocity() == pytest.approx([0.0, 0.0, -0.1]), "the pilot turns")
+    stranger.place(-2.0, 1.5)
+    wait_until(lambda: lost == ["People"], "nobody is there")
+    tracker.stopTracker()
+    assert naoqi.ALMotion.getRobotVelocity() == pytest.approx([0.0, 0.0, -0.1])
+    naoqi.ALMotion.stopMove()
+    tracker.initialize()
+    tracker.unregisterAllTargets()
+
+
 def test_life_switches_awareness_and_mood(naoqi, stranger, wait_until):
     life, mood = naoqi.ALAutonomousLife, naoqi.ALMood
     assert mood.currentPersonState()["valence"] == {"value": 0.0, "confidence": 0.0}
