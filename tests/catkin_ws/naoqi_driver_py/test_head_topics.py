@@ -164,7 +164,9 @@ def test_a_hand_on_the_floor_leads_there_while_the_head_is_turned_and_goes_on_tu
 def test_the_head_does_not_move_by_itself_while_a_pilot_looks_around(anna, robot, head, until_true):
     awareness, motion = robot.service("ALBasicAwareness"), robot.service("ALMotion")
     listening = robot.service("ALListeningMovement")
+    awareness.setTrackingMode("BodyRotation")
     awareness.setEnabled(True)
+    until_true(lambda: awareness.getTrackingMode() == "Head", "the base does not turn beside a pilot")
     listening.setEnabled(False)
     motion.setBreathEnabled("Body", True)
     anna.ask("look", Manner.GOAL, 0.8, 0.1)
@@ -172,4 +174,5 @@ def test_the_head_does_not_move_by_itself_while_a_pilot_looks_around(anna, robot
     assert motion.getBreathEnabled("LArm")
     anna.close()
     until_true(lambda: not awareness.isAwarenessPaused(), "without a pilot it looks at people again")
+    until_true(lambda: awareness.getTrackingMode() == "BodyRotation", "and turns to them")
     assert motion.getBreathEnabled("Head") and not listening.isEnabled()

@@ -1,4 +1,4 @@
-"""Carries out what `naoqi_driver.head` decides: ALMotion.setAngles, and the end of the head's own movements meanwhile.
+"""Carries out what `naoqi_driver.head` decides: ALMotion.setAngles, and the end of the robot's own movements meanwhile.
 
 One thread calls `step`, another one, which may wait for the robot, `supervise`.
 """
@@ -10,7 +10,7 @@ import threading
 
 from naoqi_driver.connection import Connection, RobotError
 from naoqi_driver.head import JOINTS, HeadMotion
-from naoqi_driver.idle_movement import IdleMovement
+from naoqi_driver.idle_movement import BASE_MOVEMENTS, HEAD_MOVEMENTS, IdleMovement
 from naoqi_driver.replies import numbers
 from telepresence.geometry import Velocity
 from telepresence.teleop.looking import Look
@@ -20,9 +20,9 @@ ANSWER_TIME = 0.3
 FORGOTTEN = 1.0
 """Seconds after the last look from which on the head is asked where it is, before it turns again."""
 HOLD_PERIOD = 2.0
-"""Seconds between two looks whether something else moves the head again."""
+"""Seconds between two looks whether something else moves the head, or the base, again."""
 PILOT_GONE = 3.0
-"""Seconds without a pilot after which the head may move by itself again; a window that reconnects is back sooner."""
+"""Seconds without a pilot after which the robot may move by itself again; a window that reconnects is back sooner."""
 
 
 class HeadDriver:
@@ -38,9 +38,10 @@ class HeadDriver:
     def __init__(self, connection: Connection, ahead: float) -> None:
         self._connection = connection
         self._motion = HeadMotion(ahead)
-        self._idle = IdleMovement(connection)
+        self._idle = IdleMovement(connection, HEAD_MOVEMENTS)
+        self._base_idle = IdleMovement(connection, BASE_MOVEMENTS)
         self._lock = threading.Lock()  # protects the motion
-        self._looked = self._piloted = self._held = -math.inf
+        self._looked = self._driven = self._piloted = self._held = -math.inf
         self._wants_idle_off = False
         self.angles: tuple[float, float] | None = None
         self.problem = ""
@@ -49,12 +50,17 @@ class HeadDriver:
         """Take where the pilot wants to look."""
         with self._lock:
             self._motion.look(look, now)
+        first = not self._wants_idle_off
         self._looked, self._wants_idle_off = now, True
+        if first:
+            self._held = -math.inf  # at once, whenever the base's movements were ended
 
     def drives(self, velocity: Velocity, now: float) -> None:
         """Take the velocity that is commanded."""
         with self._lock:
             self._motion.drives(velocity, now)
+        if any(velocity):
+            self._driven = now
 
     def piloted(self, now: float) -> None:
         """Somebody has the robot."""
@@ -98,23 +104,27 @@ class HeadDriver:
         self.angles = yaw, pitch
 
     def supervise(self, now: float) -> None:
-        """End what moves the head by itself from the pilot's first look on, as long as somebody has the robot.
+        """As long as somebody has the robot, or drives it, end what turns the base by itself; from the pilot's first
+        look on what moves the head, too.
 
         Raises:
             RobotError: See `Connection.call`.
         """
-        if now - max(self._piloted, self._looked) > PILOT_GONE:
+        if now - max(self._piloted, self._looked, self._driven) > PILOT_GONE:
             self._wants_idle_off = False
             self.let_go()
-        elif self._wants_idle_off and now - self._held > HOLD_PERIOD:
+        elif now - self._held > HOLD_PERIOD:
             self._held = now
-            self._idle.hold()
+            self._base_idle.hold()
+            if self._wants_idle_off:
+                self._idle.hold()
 
     def let_go(self) -> None:
-        """Let the head move by itself again as it did before.
+        """Let the robot move by itself again as it did before.
 
         Raises:
             RobotError: See `Connection.call`.
         """
         self._held = -math.inf
         self._idle.resume()
+        self._base_idle.resume()

@@ -1,8 +1,8 @@
-"""Keeps the robot from moving its head by itself while a pilot looks around, and lets it do so again afterwards.
+"""Keeps the robot from moving by itself while a pilot has it, and lets it do so again afterwards.
 
-NAOqi 2.8 documentation: ALBasicAwareness turns the head to people and noises, ALMotion's idle control breathes and
-comes back to the posture Stand, ALListeningMovement and ALSpeakingMovement nod. Each is asked for its state first, so
-that what its owner had switched off stays off.
+NAOqi 2.8 documentation: ALBasicAwareness turns the head to people and noises, and after it the base, which is how
+autonomous life sets it; ALMotion's idle control breathes and comes back to the posture Stand, ALListeningMovement and
+ALSpeakingMovement nod. Each is asked for its state first, so that what its owner had switched off stays off.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Call = tuple[Any, ...]
 
 
 class Movement(NamedTuple):
-    """Something that moves the head by itself.
+    """Something that moves the robot by itself.
 
     Args:
         works: Calls of the service with what they answer while it does.
@@ -26,12 +26,12 @@ class Movement(NamedTuple):
     """
 
     service: str
-    works: tuple[tuple[Call, bool], ...]
+    works: tuple[tuple[Call, bool | str], ...]
     off: Call
     on: Call
 
 
-MOVEMENTS = (
+HEAD_MOVEMENTS = (
     Movement(
         "ALBasicAwareness",
         ((("isEnabled",), True), (("isAwarenessPaused",), False)),
@@ -48,13 +48,24 @@ MOVEMENTS = (
         for service in ("ALListeningMovement", "ALSpeakingMovement")
     ),
 )  # fmt: skip
+BASE_MOVEMENTS = tuple(
+    Movement(
+        "ALBasicAwareness",
+        ((("isEnabled",), True), (("getTrackingMode",), mode)),
+        ("setTrackingMode", "Head"),
+        ("setTrackingMode", mode),
+    )
+    for mode in ("BodyRotation", "MoveContextually")
+)
+"""What turns and drives the base: then the head alone follows people, until somebody wants to look around."""
 
 
 class IdleMovement:
-    """What moves the head by itself. For a thread that may wait for the robot."""
+    """What moves the robot by itself. For a thread that may wait for the robot."""
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: Connection, movements: tuple[Movement, ...]) -> None:
         self._connection = connection
+        self._movements = movements
         self._ended: list[Movement] = []
 
     @property
@@ -63,14 +74,14 @@ class IdleMovement:
         return bool(self._ended)
 
     def hold(self) -> None:
-        """End what moves the head by itself; now and then again, as ALAutonomousLife switches it on.
+        """End what moves by itself; now and then again, as ALAutonomousLife switches it on.
 
         Raises:
             RobotUnreachable: See `Connection.call`.
         """
-        for movement in MOVEMENTS:
+        for movement in self._movements:
             try:
-                if all(self._ask(movement, call) is wanted for call, wanted in movement.works):
+                if all(self._ask(movement, call) == wanted for call, wanted in movement.works):
                     self._ask(movement, movement.off)
                     if movement not in self._ended:
                         self._ended.append(movement)
@@ -78,7 +89,7 @@ class IdleMovement:
                 log.debug("%s", error)  # this robot has no such movement
 
     def resume(self) -> None:
-        """Let the head move by itself again as it did before.
+        """Let the robot move by itself again as it did before.
 
         Raises:
             RobotUnreachable: See `Connection.call`.
