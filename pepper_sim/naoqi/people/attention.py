@@ -141,6 +141,8 @@ class Attention:
         turn_head(self._robot, self._motion, angles, HEAD_VELOCITY)
         if self.tracking in ("BodyRotation", "MoveContextually"):
             self._turn_base(known)
+        else:
+            self.halt()  # it may have been told so while the base turned
 
     def _turn_base(self, known: Known) -> None:
         """Turn the base after the head, and step nearer or away; not while somebody else drives."""

@@ -306,7 +306,7 @@ def test_stimuli_turn_the_head_and_a_pause_does_not(naoqi, stranger, wait_until)
     assert not awareness.isAwarenessPaused(), "switched off, it is no longer paused"
 
 
-@pytest.mark.parametrize("how", ["pause", "out of sight"])
+@pytest.mark.parametrize("how", ["pause", "head alone", "out of sight"])
 def test_a_base_that_turns_to_somebody_stops_with_awareness(naoqi, stranger, wait_until, how):
     awareness, robot = naoqi.ALBasicAwareness, naoqi.robot
     stranger.place(1.5, 0.7, math.pi)
@@ -315,6 +315,8 @@ def test_a_base_that_turns_to_somebody_stops_with_awareness(naoqi, stranger, wai
     wait_until(lambda: robot.snapshot().moving, "the base turns")
     if how == "pause":
         awareness.pauseAwareness()
+    elif how == "head alone":
+        awareness.setTrackingMode("Head")
     else:
         stranger.place(-2.0, 0.0)
     wait_until(lambda: not robot.snapshot().moving, "the base stopped")
