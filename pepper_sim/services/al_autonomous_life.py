@@ -1,8 +1,8 @@
 """ALAutonomousLife: the robot's state of life and the activity in focus.
 
 The simulated robot starts awake in state "disabled", as teleoperation needs it; a real one starts asleep and turns
-"solitary" by itself. As on the robot, "disabled" sends it to rest, and any other state wakes it up. Source: NAOqi 2.8
-documentation, ALAutonomousLife.
+"solitary" by itself. As on the robot, "disabled" sends it to rest, any other state wakes it up, and while it lives its
+base turns to people. Source: NAOqi 2.8 documentation, ALAutonomousLife and ref/life: autonomous_abilities_management.
 """
 
 from __future__ import annotations
@@ -23,6 +23,9 @@ ABILITIES = ("AutonomousBlinking", "BackgroundMovement", "BasicAwareness", "List
 ALL = "All"
 LIVING = ("solitary", "interactive")
 """States in which the autonomous abilities work."""
+_AWARENESS = {"solitary": ("Unengaged", "BodyRotation"), "interactive": ("FullyEngaged", "BodyRotation")}
+"""State -> the modes of engagement and tracking that ALBasicAwareness gets with it."""
+_AWARENESS_AT_START = ("Unengaged", "Head")
 SAFEGUARDS = ("RobotPushed", "RobotFell", "RobotMoved", "CriticalDiagnosis", "CriticalTemperature")
 _HISTORY = 200
 
@@ -76,6 +79,7 @@ class ALAutonomousLife(Module):
             raise ServiceError("an interactive state ends by itself, and by 'disabled' or 'safeguard'")
         self._states = [*self._states[-_HISTORY:], (state, time.time())]
         self._memory.announce("AutonomousLife/State", state)
+        self._configure_awareness()
         for ability in ABILITIES:
             self._switch(ability)
         if state in ("disabled", "safeguard"):
@@ -220,6 +224,11 @@ class ALAutonomousLife(Module):
     def is_on(self) -> bool:
         """Whether the robot lives, and its autonomous abilities with it."""
         return self._state in LIVING
+
+    def _configure_awareness(self) -> None:
+        awareness: Any = self._others.find("ALBasicAwareness")
+        if awareness is not None:
+            awareness.configure(*_AWARENESS.get(self._state, _AWARENESS_AT_START))
 
     def _switch(self, ability: str) -> None:
         """Tell an ability's service what the state of life and its own switch say."""

@@ -21,6 +21,7 @@ from pepper_sim.services.al_motion import ALMotion
 ENGAGEMENT_MODES = ("Unengaged", "FullyEngaged", "SemiEngaged")
 TRACKING_MODES = ("Head", "BodyRotation", "WholeBody", "MoveContextually")
 STIMULI = ("People", "Touch", "TabletTouch", "Sound", "Movement", "NavigationMotion")
+_STIMULI_AT_START = {name: name != "NavigationMotion" for name in STIMULI}
 _DEFAULTS: dict[str, Any] = {
     "LookStimulusSpeed": 0.5,
     "LookBackSpeed": 0.3,
@@ -58,7 +59,7 @@ class ALBasicAwareness(Module):
         self._motion = motion
         self._workers = workers
         self._enabled = self._paused = False
-        self._stimuli = {name: name != "NavigationMotion" for name in STIMULI}
+        self._stimuli = dict(_STIMULI_AT_START)
         self._parameters = dict(_DEFAULTS)
         self.attention = Attention(robot, motion, population, self._announce)
         memory.declare(
@@ -196,6 +197,11 @@ class ALBasicAwareness(Module):
     def follow_life(self, able: bool) -> None:
         """Switch awareness as ALAutonomousLife says: its switch or the state of life has changed."""
         self.setEnabled(able)
+
+    def configure(self, engagement: str, tracking: str) -> None:
+        """Take the modes that autonomous life sets, and all else as at the start."""
+        self._parameters, self._stimuli = dict(_DEFAULTS), dict(_STIMULI_AT_START)
+        self.attention.engagement, self.attention.tracking = engagement, tracking
 
     # --- inside ------------------------------------------------------------------------------------------------------
 

@@ -363,6 +363,24 @@ def test_a_tracker_that_drives_gives_way_to_whoever_else_does(naoqi, stranger, e
     tracker.unregisterAllTargets()
 
 
+def test_each_state_of_life_sets_awareness_anew(naoqi, stranger, wait_until):
+    life, awareness, robot = naoqi.ALAutonomousLife, naoqi.ALBasicAwareness, naoqi.robot
+    modes = lambda: (awareness.getEngagementMode(), awareness.getTrackingMode())  # noqa: E731
+    stranger.place(1.4, 0.75, math.pi)
+    awareness.setEngagementMode("SemiEngaged")
+    awareness.setStimulusDetectionEnabled("Sound", False)
+    awareness.setParameter("LookStimulusSpeed", 0.9)
+    life.setState("solitary")
+    assert modes() == ("Unengaged", "BodyRotation") and awareness.isStimulusDetectionEnabled("Sound")
+    assert awareness.getParameter("LookStimulusSpeed") == 0.5
+    wait_until(lambda: robot.truth()[5] > 0.3, "the base turns to somebody")
+    life.setState("interactive")
+    assert modes() == ("FullyEngaged", "BodyRotation")
+    life.setState("disabled")
+    assert modes() == ("Unengaged", "Head"), "as at the start: nobody who switches awareness on later turns the base"
+    naoqi.ALMotion.wakeUp()
+
+
 def test_life_switches_awareness_and_mood(naoqi, stranger, wait_until):
     life, mood = naoqi.ALAutonomousLife, naoqi.ALMood
     assert mood.currentPersonState()["valence"] == {"value": 0.0, "confidence": 0.0}
