@@ -53,7 +53,10 @@ class Life:
     """The focus of a robot with these activities, as ALAutonomousLife tells it."""
 
     def __init__(self, *installed: str) -> None:
-        self.installed, self.focus = installed, ""
+        self.installed, self.focus, self.state = installed, "", "solitary"
+
+    def getState(self) -> str:
+        return self.state
 
     def focusedActivity(self) -> str:
         return self.focus
@@ -61,6 +64,8 @@ class Life:
     def switchFocus(self, activity: str) -> int:
         if activity not in self.installed:
             raise RuntimeError(f"activity '{activity}' is not installed")
+        if self.state == "disabled":
+            raise RuntimeError("no activity can be in focus")
         self.focus = activity
         return 0
 

@@ -98,6 +98,8 @@ def test_it_is_started_and_stopped_on_the_robot(robot: tuple[Simulation, qi.Sess
     manager.serviceStopped.connect(lambda name, reason: stopped.append((name, reason)))
     assert manager.isServiceRunning(SERVICE) is False
     assert manager.startService(SERVICE) is True and manager.isServiceRunning(SERVICE) is True
+    wait_until(lambda: tablet.visible, "the page is there without autonomous life")
+    life.setState("solitary")
     wait_until(lambda: tablet.visible and life.focusedActivity() == ACTIVITY, "page and focus")
     client.service("ALTabletService").hideWebview()
     wait_until(lambda: tablet.visible, "the page comes back")

@@ -282,6 +282,23 @@ def test_without_the_activity_the_page_is_shown_all_the_same(
     assert caplog.text.count("is not installed") == 1
 
 
+def test_a_robot_whose_life_is_off_needs_no_focus_and_gets_it_when_it_lives(
+    add_life: Callable, recorder: Recorder, show: Callable, wait_until: Callable, caplog: pytest.LogCaptureFixture
+) -> None:
+    life = add_life(ACTIVITY)
+    life.state = "disabled"
+    with caplog.at_level(logging.INFO):
+        link = show("http://10.0.0.2:10002/", activity=ACTIVITY)
+        wait_until(lambda: link.shown_since, "the page is shown all the same")
+        assert link.focus.problem == "" and not link.focus.held and link.focus.needless
+        life.state = "solitary"
+        wait_until(lambda: link.focus.held, "the focus is taken once it lives")
+        life.state, life.focus = "disabled", ""
+        wait_until(lambda: link.focus.needless and not link.focus.held, "life is off again")
+    assert caplog.text.count("autonomous life is off") == 2, "said once each time, not at every look"
+    assert "without the robot's focus" not in caplog.text and "taking it again" not in caplog.text
+
+
 def blue_on(tablet: Tablet) -> bool:
     picture = tablet.image.peek()
     return picture is not None and abs(picture.content[200, 320].astype(int) - (0, 0, 200)).max() < 15

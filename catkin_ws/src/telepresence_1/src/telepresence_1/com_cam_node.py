@@ -54,7 +54,7 @@ from telepresence_1.camera import Camera, State
 from telepresence_1.network import NoRoute, address_for_tablet, choose_address
 from telepresence_1.page import KEY_VARIABLE, create_app
 from telepresence_1.page_record import PageRecord, remove_record
-from telepresence_1.robot_focus import ACTIVITY
+from telepresence_1.robot_focus import ACTIVITY, RobotFocus
 from telepresence_1.tablet_link import TabletLink, public
 
 VISIT_PATIENCE = 10.0
@@ -189,7 +189,7 @@ class ComCam:
             "viewers": self.stream.viewers,
             "on tablet": link.shown_since is not None,
             "wanted on tablet": link.wanted,
-            "focus": link.focus.activity if link.focus.held else link.focus.problem,
+            "focus": _describe_focus(link.focus),
         }
         status = DiagnosticStatus(level, f"{rospy.get_name().strip('/')}: page", "; ".join(messages), "", [])
         status.values = [KeyValue(key, str(value)) for key, value in values.items()]
@@ -275,6 +275,12 @@ class ComCam:
         self._arrange()
         self._keep()
         return SetBoolResponse(True, self._describe_tablet())
+
+
+def _describe_focus(focus: RobotFocus) -> str:
+    if focus.needless:
+        return "not needed: autonomous life is off"
+    return focus.activity if focus.held else focus.problem
 
 
 def main() -> int:

@@ -101,7 +101,11 @@ class RobotVideo(object):
         return self._client.service("ALTabletService").send(method, *arguments).value(ANSWER_TIMEOUT)
 
     def _keep_focus(self):
-        if self._life("focusedActivity") != ACTIVITY and self._focus_retry.due(time.time()):
+        if self._life("focusedActivity") == ACTIVITY:
+            return
+        if self._life("getState") == "disabled":
+            raise NaoqiError("autonomous life is off: nothing takes the tablet, and no activity can be in focus")
+        if self._focus_retry.due(time.time()):
             self._life("switchFocus", ACTIVITY)
 
     def _give_back(self):
