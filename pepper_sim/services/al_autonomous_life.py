@@ -2,7 +2,9 @@
 
 The simulated robot starts awake in state "disabled", as teleoperation needs it; a real one starts asleep and turns
 "solitary" by itself. As on the robot, "disabled" sends it to rest, any other state wakes it up, and while it lives its
-base turns to people. Source: NAOqi 2.8 documentation, ALAutonomousLife and ref/life: autonomous_abilities_management.
+base turns to people. Only then can an activity be in focus; an interactive one makes the state "interactive" until the
+last one has ended. Source: NAOqi 2.8 documentation, ALAutonomousLife, and the pages state_machine_management and
+autonomous_abilities_management of ref/life.
 """
 
 from __future__ import annotations
@@ -71,18 +73,12 @@ class ALAutonomousLife(Module):
     @remote("v(s)")
     def setState(self, state: str) -> concurrent.futures.Future | None:
         """Changes the state of life; ends when the robot is awake or, for "disabled", at rest."""
-        before, self._state = self._state, one_of(state, STATES, "state")
-        if state == before:
+        if one_of(state, STATES, "state") == self._state:
             return None
-        if (before, state) == ("interactive", "solitary"):
-            self._state = before
+        if (self._state, state) == ("interactive", "solitary"):
             raise ServiceError("an interactive state ends by itself, and by 'disabled' or 'safeguard'")
-        self._states = [*self._states[-_HISTORY:], (state, time.time())]
-        self._memory.announce("AutonomousLife/State", state)
-        self._configure_awareness()
-        for ability in ABILITIES:
-            self._switch(ability)
-        if state in ("disabled", "safeguard"):
+        self._enter(state)
+        if state not in LIVING:
             self.stopAll()
         if state == "disabled":
             return self._stiffness.rest()
@@ -102,15 +98,20 @@ class ALAutonomousLife(Module):
 
     @remote("i(s)", "i(si)")
     def switchFocus(self, activity_name: str, flags: int = 0) -> int:
-        """Puts an installed activity in focus; flags 0 ends the current one, 1 keeps it on the stack.
+        """Puts an installed activity in focus, in its nature's state of life; none while life is disabled or guarded.
 
+        flags 0 ends the current activity, 1 keeps it on the stack. A solitary one does not follow an interactive one.
         What the number that the robot returns means is not documented; here it is 0.
         """
         one_of(flags, (0, 1), "flags")
-        if activity_name not in self._packages.behaviors:
-            raise ServiceError(f"activity '{shown(activity_name)[1:-1]}' is not installed")
+        nature = self.getActivityNature(activity_name)
+        if self._state not in LIVING:
+            raise ServiceError(f"no activity can be in focus while the state of life is '{self._state}'")
+        if (self._state, nature) == ("interactive", "solitary"):
+            raise ServiceError("a solitary activity cannot be in focus while the state of life is 'interactive'")
         if flags == 0 and self._focus:
             self._complete(self._focus.pop())
+        self._enter(nature)
         self._focus.append(activity_name)
         self._runs = [*self._runs[-_HISTORY:], (activity_name, time.time(), None)]
         self._focused = [*self._focused[-_HISTORY:], (activity_name, time.time())]
@@ -122,14 +123,15 @@ class ALAutonomousLife(Module):
         """Ends the activity in focus; the one below it on the stack, if any, gets the focus back."""
         if self._focus:
             self._complete(self._focus.pop())
-            self._announce_focus()
+            self._settle()
 
     @remote("v()")
     def stopAll(self) -> None:
         """Ends every activity."""
-        while self._focus:
-            self._complete(self._focus.pop())
-        self._announce_focus()
+        if self._focus:
+            while self._focus:
+                self._complete(self._focus.pop())
+            self._settle()
 
     @remote("s()")
     def focusedActivity(self) -> str:
@@ -174,10 +176,10 @@ class ALAutonomousLife(Module):
 
     @remote("s(s)")
     def getActivityNature(self, activity_name: str) -> str:
-        """Returns "interactive" for an installed activity."""
+        """Returns "solitary" if the manifest of an installed activity says so, else "interactive"."""
         if activity_name not in self._packages.behaviors:
             raise ServiceError(f"activity '{shown(activity_name)[1:-1]}' is not installed")
-        return "interactive"
+        return self._nature(activity_name)
 
     # --- abilities and safeguards ------------------------------------------------------------------------------------
 
@@ -225,10 +227,26 @@ class ALAutonomousLife(Module):
         """Whether the robot lives, and its autonomous abilities with it."""
         return self._state in LIVING
 
-    def _configure_awareness(self) -> None:
+    def _enter(self, state: str) -> None:
+        """Enter a state, or enforce it anew: an activity that begins or ends finds everything as the state has it."""
+        if state != self._state:
+            self._state = state
+            self._states = [*self._states[-_HISTORY:], (state, time.time())]
+            self._memory.announce("AutonomousLife/State", state)
         awareness: Any = self._others.find("ALBasicAwareness")
         if awareness is not None:
-            awareness.configure(*_AWARENESS.get(self._state, _AWARENESS_AT_START))
+            awareness.configure(*_AWARENESS.get(state, _AWARENESS_AT_START))
+        for ability in ABILITIES:
+            self._switch(ability)
+
+    def _nature(self, activity: str) -> str:
+        return "solitary" if self._packages.nature(activity) == "solitary" else "interactive"
+
+    def _settle(self) -> None:
+        """Go on with the activity below those that have ended, or without any."""
+        if self._state in LIVING:
+            self._enter(self._nature(self._focus[-1]) if self._focus else "solitary")
+        self._announce_focus()
 
     def _switch(self, ability: str) -> None:
         """Tell an ability's service what the state of life and its own switch say."""

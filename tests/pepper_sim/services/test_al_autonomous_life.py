@@ -25,8 +25,17 @@ def test_states_wake_the_robot_and_send_it_to_rest(naoqi, wait_until, refused):
     assert "state" in refused(life.setState, "asleep")
 
 
-def test_focus(naoqi, refused):
+@pytest.fixture
+def life(naoqi):
+    """Life, which is solitary for the length of a test."""
     life = naoqi.ALAutonomousLife
+    life.setState("solitary")
+    yield life
+    life.setState("disabled")
+    naoqi.ALMotion.wakeUp()
+
+
+def test_focus(naoqi, life, refused):
     life.switchFocus(ACTIVITY)
     assert life.focusedActivity() == ACTIVITY == naoqi.ALMemory.getData("AutonomousLife/FocusedActivity")
     life.switchFocus(ACTIVITY, 1)
@@ -40,6 +49,44 @@ def test_focus(naoqi, refused):
     assert life.getFocusHistory()[-1][0] == ACTIVITY
     assert "nowhere/none" in refused(life.switchFocus, "nowhere/none")
     assert "flags" in refused(life.switchFocus, ACTIVITY, 7)
+
+
+def test_an_interactive_activity_makes_life_interactive_until_the_last_one_ends(naoqi, life, wait_until):
+    awareness, states = naoqi.ALBasicAwareness, []
+    subscriber = naoqi.ALMemory.subscriber("AutonomousLife/State")
+    subscriber.signal.connect(states.append)
+    life.switchFocus(ACTIVITY)
+    assert life.getState() == "interactive" and awareness.getEngagementMode() == "FullyEngaged"
+    awareness.setEngagementMode("SemiEngaged")
+    life.switchFocus(ACTIVITY, 1)
+    assert awareness.getEngagementMode() == "FullyEngaged", "it finds everything as the state has it"
+    life.stopFocus()
+    assert life.getState() == "interactive"
+    life.stopFocus()
+    assert life.getState() == "solitary" and awareness.getEngagementMode() == "Unengaged"
+    wait_until(lambda: states == ["interactive", "solitary"], "each change was reported once")
+
+
+def test_a_solitary_activity_leaves_life_solitary_and_follows_no_interactive_one(naoqi, life, refused, monkeypatch):
+    packages = naoqi.simulation.server.catalogue.packages
+    monkeypatch.setattr(packages, "nature", lambda activity: "" if activity == ACTIVITY else "solitary")
+    other = next(activity for activity in packages.behaviors if activity != ACTIVITY)
+    life.switchFocus(other)
+    assert life.getState() == "solitary" == life.getActivityNature(other)
+    life.switchFocus(ACTIVITY, 1)
+    assert "solitary activity" in refused(life.switchFocus, other)
+    assert life.focusedActivity() == ACTIVITY and life.getState() == "interactive"
+    life.stopFocus()
+    assert life.focusedActivity() == other and life.getState() == "solitary"
+
+
+@pytest.mark.parametrize("state", ["disabled", "safeguard"])
+def test_without_life_no_activity_is_in_focus(naoqi, life, refused, state):
+    life.switchFocus(ACTIVITY)
+    life.setState(state)
+    assert life.focusedActivity() == "" and life.getState() == state
+    assert f"'{state}'" in refused(life.switchFocus, ACTIVITY)
+    assert life.focusedActivity() == "" and life.getState() == state
 
 
 def test_abilities_and_safeguards(naoqi, refused):
