@@ -13,7 +13,6 @@ from typing import Any
 
 _MARK = re.compile(r"\^(?P<instruction>[A-Za-z]\w*)\s*\(|\$(?P<event>[A-Za-z_][\w/]*)\s*=\s*(?P<value>[^\s^$]+)")
 _CALL = re.compile(r"\s*(?P<service>\w+)\.(?P<method>\w+)\s*\((?P<arguments>.*)\)\s*", re.DOTALL)
-_SPEECH_TAG = re.compile(r"\\+\s*[A-Za-z]+\s*(?:=[^\\]*)?\\+")
 _TRUTH = {"true": True, "false": False}
 
 
@@ -47,16 +46,6 @@ def parse(text: str) -> list[Words | Instruction | Event]:
     return [item for item in _items(text) if not isinstance(item, Words) or item.text.strip()]
 
 
-def spoken(text: str) -> str:
-    """Return the words of a text without the speech engine's tags, as they are said."""
-    return " ".join(_SPEECH_TAG.sub(" ", text).split())
-
-
-def speech_tags(text: str) -> str:
-    r"""Return the speech engine's tags of a text, such as "\rspd=80\"; they hold for what follows it, too."""
-    return "".join(_SPEECH_TAG.findall(text))
-
-
 def parse_call(text: str) -> tuple[str, str, list[Any]]:
     """Parse "ALMotion.setAngles('HeadYaw', 0.5, 0.1)" to service, method and arguments.
 
@@ -70,14 +59,18 @@ def parse_call(text: str) -> tuple[str, str, list[Any]]:
 
 def _items(text: str) -> Iterator[Words | Instruction | Event]:
     position = 0
+    unclosed: dict[int, int] | None = None
     while match := _MARK.search(text, position):
         yield Words(text[position : match.start()])
         if match["event"]:
             yield Event(match["event"], match["value"].strip("\"'"))
             position = match.end()
             continue
-        end = _closing(text, match.end())
+        # An instruction that does not close was read to the text's end: those inside it were seen on the way.
+        closing = unclosed if unclosed is not None else _closing(text, match.end())
+        end = closing.get(match.end())
         if end is None:
+            unclosed = closing
             position = match.end()
             continue
         inside = text[match.end() : end]
@@ -86,22 +79,23 @@ def _items(text: str) -> Iterator[Words | Instruction | Event]:
     yield Words(text[position:])
 
 
-def _closing(text: str, start: int) -> int | None:
-    """Return where the bracket that is open at `start` closes."""
-    depth, quote = 1, ""
+def _closing(text: str, start: int) -> dict[int, int]:
+    """Return where the bracket whose inside begins at `start` closes, and each one within: inside's start -> end."""
+    closing: dict[int, int] = {}
+    open_, quote = [start], ""
     for index in range(start, len(text)):
         letter = text[index]
         if quote:
             quote = "" if letter == quote else quote
-        elif letter in "\"'" and depth > 1:
+        elif letter in "\"'" and len(open_) > 1:
             quote = letter
         elif letter == "(":
-            depth += 1
+            open_.append(index + 1)
         elif letter == ")":
-            depth -= 1
-            if depth == 0:
-                return index
-    return None
+            closing[open_.pop()] = index
+            if not open_:
+                break
+    return closing
 
 
 def _values(text: str) -> list[Any]:

@@ -15,9 +15,10 @@ import threading
 from collections.abc import Mapping
 from typing import Any
 
-from pepper_sim.animations.annotated_text import Event, Instruction, Words, parse, parse_call, speech_tags, spoken
+from pepper_sim.animations.annotated_text import Event, Instruction, Words, parse, parse_call
 from pepper_sim.naoqi.client_services import ClientServices
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
+from pepper_sim.naoqi.speech_tags import spoken, tags_alone
 from pepper_sim.naoqi.tasks import Workers
 from pepper_sim.services.al_animation_player import ALAnimationPlayer
 from pepper_sim.services.al_memory import ALMemory
@@ -199,7 +200,7 @@ class _Performance:
                 if isinstance(item, Words):
                     if not self._say(tags + item.text):
                         return
-                    tags += speech_tags(item.text)
+                    tags += tags_alone(item.text)
                 elif isinstance(item, Event):
                     self._service._memory.announce(item.name, item.value)
                 else:

@@ -12,7 +12,6 @@ import itertools
 import logging
 import re
 import xml.etree.ElementTree as ElementTree
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +20,11 @@ import numpy as np
 from pepper_sim.disk import RobotDisk
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, within
 from pepper_sim.naoqi.speech_languages import LANGUAGES, PREFERRED, language_of
+from pepper_sim.naoqi.speech_tags import bookmarks, read, spoken, styled
 from pepper_sim.naoqi.tasks import Workers, chained
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.sound.room import FULL_SCALE, write_wave
-from pepper_sim.sound.speech import MAX_SPEED, MIN_SPEED, SpeechStyle, Voice, synthesise, words
+from pepper_sim.sound.speech import MAX_SPEED, SpeechStyle, Voice, synthesise
 from telepresence.naoqi.signals import Signal
 
 log = logging.getLogger(__name__)
@@ -35,8 +35,6 @@ PREFERENCES = "/home/nao/naoqi/preferences/ALTextToSpeech_Voice_{}.xml"
 """Where the robot's disk holds the voice preferences that programs load."""
 OFFICIAL_VOICE = "NaoOfficialVoice"
 """The preferences of this name and a language are NAOqi's own."""
-_TAG = re.compile(r"\\+\s*([A-Za-z]+)\s*(?:=\s*([^\\]*))?\\+")
-_ANIMATION = re.compile(r"\^\w+\([^)]*\)")
 _PARAMETERS = {
     "pitchShift": (0.0, 4.0, 1.0),
     "doubleVoice": (0.0, 4.0, 0.0),
@@ -111,7 +109,7 @@ class ALTextToSpeech(Module):
     @remote("v(ss)")
     def sayToFile(self, pStringToSay: str, pFileName: str) -> concurrent.futures.Future:
         """Says a text into a .wav or .raw file on the robot's disk: 16 bits, one channel, 22050 Hz (Asian: 16000)."""
-        text, style = self._prepare(pStringToSay, self._language)
+        text, style, _ = self._prepare(pStringToSay, self._language)
         target = self._disk.output(pFileName)
         return self._workers.run(self._write, text, style, target, LANGUAGES[self._language].rate)
 
@@ -122,9 +120,8 @@ class ALTextToSpeech(Module):
 
     def speak(self, text: str, language: str | None = None) -> concurrent.futures.Future | None:
         """Queue a text, for other services; the future is done when it has been said. None for an empty text."""
-        marks = _bookmarks(text)
-        text, style = self._prepare(text, language or self._language)
-        if not text.strip():
+        text, style, marks = self._prepare(text, language or self._language)
+        if not text:
             return None
         if self._voice.waiting() >= MAX_QUEUE:
             raise ServiceError(f"{MAX_QUEUE} texts are already waiting")
@@ -267,7 +264,7 @@ class ALTextToSpeech(Module):
 
     def _learn(self, word: str, pronunciation: str) -> bool:
         words = self._dictionary.setdefault(self._language, {})
-        plain = _TAG.sub("", pronunciation).strip()
+        plain = spoken(pronunciation)
         if not re.fullmatch(r"\w[\w'-]*", word) or not plain or len(words) >= MAX_DICTIONARY:
             return False
         words[word.lower()] = plain
@@ -283,22 +280,19 @@ class ALTextToSpeech(Module):
         except ValueError:
             raise ServiceError(f"the voice preference {name[:40]} must be a number, got '{value[:20]}'") from None
 
-    def _prepare(self, text: str, language: str) -> tuple[str, SpeechStyle]:
-        """Return the text as it is pronounced, without tags, and the style that tags and settings specify."""
+    def _prepare(self, text: str, language: str) -> tuple[str, SpeechStyle, list[tuple[int, int]]]:
+        """Return the text as it is pronounced, the style that tags and settings specify, and the bookmarks."""
         if len(text) > MAX_TEXT:
             raise ServiceError(f"the text has {len(text)} characters; at most {MAX_TEXT} can be said at once")
         shift = self._parameters["pitchShift"]
         pitch = self._parameters["pitch"] * (shift if shift >= 0.5 else 1.0)
         speaker = LANGUAGES[language if language != self._language else language_of(self._voice_name)].speaker
         loudness = self._volume * self._parameters["volume"] / 100.0
-        default = SpeechStyle(speaker, self._parameters["speed"], pitch, loudness)
-        style = default
-        for name, value in _TAG.findall(text):
-            style = _apply(style, default, name.lower(), value)
-        pauses = _TAG.sub(lambda match: ", " if match.group(1).lower() == "pau" else " ", _ANIMATION.sub(" ", text))
-        spoken = re.sub(r"\s+", " ", pauses).strip(" ")
+        plain, tags = read(text)
+        style = styled(SpeechStyle(speaker, self._parameters["speed"], pitch, loudness), tags)
         known = self._dictionary.get(language, {})
-        return re.sub(r"\w[\w'-]*", lambda match: known.get(match.group().lower(), match.group()), spoken), style
+        said = re.sub(r"\w[\w'-]*", lambda match: known.get(match.group().lower(), match.group()), plain)
+        return said, style, bookmarks(tags)
 
     def _write(self, text: str, style: SpeechStyle, target: Path, rate: int) -> None:
         samples, synthesised_at = synthesise(text, style)
@@ -342,28 +336,3 @@ class ALTextToSpeech(Module):
 
     def _announce(self, event: str, value: object) -> None:
         self._memory.announce(f"ALTextToSpeech/{event}", value)
-
-
-def _bookmarks(text: str) -> list[tuple[int, int]]:
-    """Return the bookmarks of a text, \\mrk=7\\: how many words are before it, and its number."""
-    return [
-        (len(words(_TAG.sub(" ", _ANIMATION.sub(" ", text[: match.start()])))), int(match.group(2)))
-        for match in _TAG.finditer(text)
-        if match.group(1).lower() == "mrk" and (match.group(2) or "").strip().isdigit()
-    ]
-
-
-def _apply(style: SpeechStyle, default: SpeechStyle, tag: str, value: str) -> SpeechStyle:
-    """Return the style after a tag."""
-    if tag == "rst":
-        return default
-    if not value.strip().isdigit():
-        return style
-    number = float(value)
-    if tag == "rspd":
-        return replace(style, speed=within(number, MIN_SPEED, MAX_SPEED, "\\rspd\\"))
-    if tag == "vct":
-        return replace(style, pitch=within(number, 50.0, 200.0, "\\vct\\"))
-    if tag == "vol":
-        return replace(style, volume=within(number, 0.0, 100.0, "\\vol\\") / 100.0)
-    return style

@@ -1,8 +1,9 @@
 """Texts with instructions, taken apart."""
 
 import pytest
+from reading_cost import grows_in_proportion
 
-from pepper_sim.animations.annotated_text import Event, Instruction, Words, parse, parse_call, speech_tags, spoken
+from pepper_sim.animations.annotated_text import Event, Instruction, Words, parse, parse_call
 
 
 def test_a_text_is_split_at_its_instructions():
@@ -41,6 +42,15 @@ def test_what_is_no_call_is_refused():
             parse_call(text)
 
 
-def test_the_speech_engine_s_tags():
-    assert spoken(r"Hi \rspd=80\ you \\pau=500\\ there") == "Hi you there"
-    assert speech_tags(r"Hi \rspd=80\ you") == "\\rspd=80\\"
+def test_what_an_unclosed_instruction_contains_is_carried_out():
+    assert parse("^wait(never ends ^start(this) and (that) ^stop(") == [
+        Words("never ends "),
+        Instruction("start", ("this",), "this"),
+        Words(" and (that) "),
+    ]
+
+
+@pytest.mark.parametrize("part", ["^", "^a(", "$a=", "^a ", "$a "])
+def test_a_text_is_read_in_time_proportional_to_its_length(part):
+    assert grows_in_proportion(parse, part)
+    assert grows_in_proportion(lambda text: parse(text + ")"), part), "the bracket that closes is the last letter"
