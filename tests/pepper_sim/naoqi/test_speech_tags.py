@@ -30,11 +30,10 @@ def test_backslashes_without_a_tag_are_not_pronounced():
 
 
 def test_bookmarks_are_counted_in_words():
-    assert bookmarks(read(r"\mrk=1\One two ^start(a/b) \mrk=2\ three\mrk=3\ \mrk=x\\mrk\ ")[1]) == [
-        (0, 1),
-        (2, 2),
-        (3, 3),
-    ]
+    _, tags = read(r"\mrk=1\One two ^start(a/b) \mrk=2\ three\mrk=3\ \mrk=x\\mrk\ ")
+    assert bookmarks(tags) == [(0, 1), (2, 2), (3, 3)]
+    _, tags = read(rf"\mrk={'9' * 5000}\ ")
+    assert bookmarks(tags) == [], "more digits than Python reads"
 
 
 def test_the_last_value_of_a_tag_counts_until_the_reset():
