@@ -9,13 +9,14 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 
-from pepper_sim.naoqi.service import within
 from pepper_sim.sound.speech import MAX_SPEED, MIN_SPEED, SpeechStyle, words
 
 _TAG = re.compile(r"(?P<mark>\\{1,2})\s*(?P<name>[A-Za-z]+)\s*(?:=(?P<value>[^\\]*))?(?P=mark)")
 """It ends with as many backslashes as it begins with, because tags stand side by side: \\rspd=80\\\\vct=120\\."""
 _ANIMATION = re.compile(r"\^\w+\([^)^]*\)")
 """What ALAnimatedSpeech carries out, and ALTextToSpeech drops."""
+MIN_PITCH, MAX_PITCH = 50.0, 200.0
+"""Lowest and highest voice [%]. Source: QiSDK documentation, Mastering pronunciation, More TTS tags."""
 _MAX_DIGITS = 9
 """Digits of a bookmark, which the event carries as a number of 32 bits."""
 
@@ -62,7 +63,8 @@ def bookmarks(tags: list[Tag]) -> list[tuple[int, int]]:
 
 
 def styled(default: SpeechStyle, tags: list[Tag]) -> SpeechStyle:
-    """Return the style after all tags."""
+    """Return the style after all tags. A value beyond what the voice can do is as much as it can: a text is said, and
+    not refused in the middle of what a program or a conversation has to say."""
     style = default
     for tag in tags:
         style = default if tag.name == "rst" else _changed(style, tag)
@@ -79,9 +81,9 @@ def _changed(style: SpeechStyle, tag: Tag) -> SpeechStyle:
         return style
     number = float(tag.value)
     if tag.name == "rspd":
-        return replace(style, speed=within(number, MIN_SPEED, MAX_SPEED, "\\rspd\\"))
+        return replace(style, speed=min(max(number, MIN_SPEED), MAX_SPEED))
     if tag.name == "vct":
-        return replace(style, pitch=within(number, 50.0, 200.0, "\\vct\\"))
+        return replace(style, pitch=min(max(number, MIN_PITCH), MAX_PITCH))
     if tag.name == "vol":
-        return replace(style, volume=within(number, 0.0, 100.0, "\\vol\\") / 100.0)
+        return replace(style, volume=min(number, 100.0) / 100.0)
     return style

@@ -150,15 +150,18 @@ class ALAnimatedSpeech(Module):
         waiting = self._waiting[:1]
         while waiting:
             (performance,) = waiting
+            failure: Exception | None = None
             try:
                 performance.run()
-            finally:
-                with self._lock:
-                    if performance in self._waiting:
-                        self._waiting.remove(performance)
-                    waiting = self._waiting[:1]
-                self._memory.announce(END_EVENT, performance.number)
-                performance.finish()
+            except Exception as error:  # top of a thread: a text that fails must not keep the others waiting
+                failure = error
+                log.warning("a text could not be said: %s", error, exc_info=not isinstance(error, ServiceError))
+            with self._lock:
+                if performance in self._waiting:
+                    self._waiting.remove(performance)
+                waiting = self._waiting[:1]
+            self._memory.announce(END_EVENT, performance.number)
+            performance.finish(failure)
 
     def _mode_of(self, configuration: Any) -> str:
         """Return the mode for one text. Clients send [] or nothing for the general setting."""
@@ -202,7 +205,7 @@ class _Performance:
                         return
                     tags += tags_alone(item.text)
                 elif isinstance(item, Event):
-                    self._service._memory.announce(item.name, item.value)
+                    self._raise(item)
                 else:
                     self._carry_out(item)
         finally:
@@ -217,10 +220,14 @@ class _Performance:
         if current is not None:
             current.cancel()
 
-    def finish(self) -> None:
-        """Answer the call."""
-        if self.answer.set_running_or_notify_cancel():
+    def finish(self, failure: Exception | None = None) -> None:
+        """Answer the call, with what the text failed with."""
+        if not self.answer.set_running_or_notify_cancel():
+            return
+        if failure is None:
             self.answer.set_result(None)
+        else:
+            self.answer.set_exception(failure)
 
     def _say(self, text: str) -> bool:
         """Say a piece; false when somebody made the robot fall silent."""
@@ -248,6 +255,12 @@ class _Performance:
             concurrent.futures.wait([future])
         finally:
             self._current = None
+
+    def _raise(self, event: Event) -> None:
+        try:
+            self._service._memory.announce(event.name, event.value)
+        except ServiceError as error:
+            log.warning("$%s: %s", event.name[:120], error)
 
     def _carry_out(self, instruction: Instruction) -> None:
         try:

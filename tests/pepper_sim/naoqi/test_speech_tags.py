@@ -42,6 +42,15 @@ def test_the_last_value_of_a_tag_counts_until_the_reset():
     assert styled(default, read(r"\vol=30\a \rst\ b")[1]) == default
 
 
+def test_a_value_beyond_what_the_voice_can_do_is_as_much_as_it_can():
+    assert styled(SpeechStyle(), read(r"\rspd=1\ \vct=5\ \vol=0\ a")[1]) == SpeechStyle(
+        speed=20.0, pitch=50.0, volume=0.0
+    )
+    digits = "9" * 500
+    tags = read(rf"\rspd={digits}\ \vct=300\ \vol=101\ a")[1]
+    assert styled(SpeechStyle(), tags) == SpeechStyle(speed=400.0, pitch=200.0, volume=1.0)
+
+
 @pytest.mark.parametrize("part", ["\\", "\\a", "\\a=  ", "\\ ", "\\mrk=1\\a ", "^", "^a(", "^a", "\\\\a \\"])
 def test_a_text_is_read_in_time_proportional_to_its_length(part):
     """Python holds all threads while it matches a pattern: the whole robot stood for seconds."""

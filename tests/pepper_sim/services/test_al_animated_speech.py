@@ -3,6 +3,7 @@
 import pytest
 
 from pepper_sim.services.al_speaking_movement import NEUTRAL, WORDS
+from pepper_sim.services.al_text_to_speech import MAX_QUEUE
 
 HEY = "animations/Stand/Gestures/Hey_1"
 
@@ -126,3 +127,19 @@ def test_a_text_that_follows_another_one_at_once_is_said_once(simulation, wait_u
     wait_until(lambda: "3" in heard, "all was said")
     unfollow()
     assert heard == ["1", "2", "3"]
+
+
+def test_texts_that_cannot_be_said_do_not_silence_the_robot(naoqi, simulation, wait_until, refused):
+    """ALDialog answers by ALAnimatedSpeech, too."""
+    voice = next(s for s in simulation.server.catalogue.services if s.name == "ALTextToSpeech")
+    speech, said = naoqi.ALAnimatedSpeech, []
+    for _ in range(MAX_QUEUE):
+        voice.speak("This takes its time. " * 20)
+    calls = [speech.say(text, _async=True) for text in ("First", "Second")]
+    for call in calls:
+        assert "already waiting" in refused(call.value, 10_000)
+    voice.stopAll()
+    subscriber = naoqi.ALMemory.subscriber("ALTextToSpeech/CurrentSentence")
+    subscriber.signal.connect(said.append)
+    speech.say("\\rspd=9999\\ Third", _async=True).value(20_000)
+    wait_until(lambda: "Third" in said, "the third was said")
