@@ -6,8 +6,8 @@ A database is a folder on the robot's disk with the learned pictures and `object
 
 from __future__ import annotations
 
+import contextlib
 import json
-import shutil
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -69,7 +69,7 @@ class ALVisionRecognition(PictureExtractor):
     def changeDatabase(self, databasePath: str, databaseName: str) -> bool:
         """Uses another database, by folder and name; "" stands for the default. A new one is empty."""
         path, name = databasePath or DATABASES, databaseName or _DEFAULT_NAME
-        if not path.startswith("/") or "/" in name:
+        if not path.startswith("/") or "/" in name or name in (".", ".."):
             raise ServiceError("databasePath must be absolute, and databaseName the name of a folder in it")
         folder = self._disk.output(f"{path}/{name}")
         with self._lock:
@@ -82,9 +82,12 @@ class ALVisionRecognition(PictureExtractor):
 
     @remote("v()")
     def clearCurrentDatabase(self) -> None:
-        """Forgets everything in the database, and deletes its files."""
+        """Forgets everything in the database, and deletes its files; others in its folder, which may be any, stay."""
         with self._lock:
-            shutil.rmtree(self._folder(), ignore_errors=True)
+            folder = self._folder()
+            for file in (_INDEX, *(known.picture for known in self._objects)):
+                with contextlib.suppress(OSError):
+                    (folder / file).unlink()
             self._objects = []
 
     @remote("i()")

@@ -209,6 +209,20 @@ def test_a_learned_picture_is_recognised(naoqi, looking, value, picture):
     assert recognition.getSize() == 0
 
 
+def test_a_database_is_cleared_without_what_lies_beside_it(naoqi, picture, refused):
+    recognition, disk = naoqi.ALVisionRecognition, naoqi.simulation.server.catalogue.disk
+    neighbour = disk.path("/home/nao/book.png")
+    cv2.imwrite(str(neighbour), picture)
+    assert recognition.changeDatabase("/home", "nao")
+    assert recognition.learnFromFile("/home/nao/book.png", "book", [], True, False)
+    recognition.clearCurrentDatabase()
+    assert neighbour.is_file() and recognition.getSize() == 0
+    assert not [*disk.path("/home/nao").glob("*.json")], "its own files are gone"
+    for name in (".", ".."):
+        assert "databaseName" in refused(recognition.changeDatabase, "/", name)
+    assert recognition.changeDatabase("", "")
+
+
 def test_directions_are_remembered(naoqi, looking, value):
     history = looking("ALVisualSpaceHistory")
     history.setGridPrecision(2.0)
