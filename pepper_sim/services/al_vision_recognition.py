@@ -7,6 +7,7 @@ A database is a folder on the robot's disk with the learned pictures and `object
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import threading
 from collections.abc import Sequence
@@ -194,7 +195,8 @@ class ALVisionRecognition(PictureExtractor):
         if descriptors is None or len(points) < _LEAST_MATCHES:
             return None
         outline = [[x, y], [x + w, y], [x + w, y + h], [x, y + h]]
-        return _Object(source, labels, "", [[float(a), float(b)] for a, b in outline], points, descriptors)
+        picture = f"{hashlib.sha256(source.encode()).hexdigest()[:16]}.png"
+        return _Object(source, labels, picture, [[float(a), float(b)] for a, b in outline], points, descriptors)
 
     # --- files -------------------------------------------------------------------------------------------------------
 
@@ -204,11 +206,7 @@ class ALVisionRecognition(PictureExtractor):
     def _save(self, one: _Object, grey: np.ndarray) -> None:
         folder = self._folder()
         folder.mkdir(parents=True, exist_ok=True)
-        names = {known.source: f"{number}.png" for number, known in enumerate(self._objects)}
-        for number, known in enumerate(self._objects):
-            if known.picture != names[known.source]:
-                self._objects[number] = _Object(**{**vars(known), "picture": names[known.source]})
-        cv2.imwrite(str(folder / names[one.source]), grey)
+        cv2.imwrite(str(folder / one.picture), grey)
         rows = [
             {key: vars(known)[key] for key in ("source", "labels", "picture", "outline")} for known in self._objects
         ]

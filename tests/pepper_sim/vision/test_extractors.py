@@ -223,6 +223,22 @@ def test_a_database_is_cleared_without_what_lies_beside_it(naoqi, picture, refus
     assert recognition.changeDatabase("", "")
 
 
+def test_a_picture_that_is_learned_again_takes_no_other_one_s_place(naoqi, picture, wait_until):
+    recognition, disk = naoqi.ALVisionRecognition, naoqi.simulation.server.catalogue.disk
+    for name, pixels in (("book", picture), ("map", cv2.flip(picture, 1))):
+        cv2.imwrite(str(disk.path(f"/home/nao/{name}.png")), pixels)
+        assert recognition.learnFromFile(f"/home/nao/{name}.png", name, [], True, False)
+    assert recognition.learnFromFile("/home/nao/book.png", "book", [], True, True)
+    assert recognition.changeDatabase("", "other") and recognition.changeDatabase("", ""), "it is read from the disk"
+    found = naoqi.ALMemory.subscriber("PictureDetected")
+    heard = []
+    found.signal.connect(heard.append)
+    recognition.detectFromFile("/home/nao/map.png")
+    recognition.clearCurrentDatabase()
+    wait_until(lambda: heard, "it was found")
+    assert heard[0][1][0][0] == ["map"]
+
+
 def test_directions_are_remembered(naoqi, looking, value):
     history = looking("ALVisualSpaceHistory")
     history.setGridPrecision(2.0)
