@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import concurrent.futures
 import threading
+from collections.abc import Callable
 from pathlib import PurePosixPath
 
 import cv2
@@ -15,13 +16,16 @@ from pepper_sim.naoqi.video.camera_choice import BGR, GREY, CameraChoice
 from pepper_sim.naoqi.video.conversions import known_camera
 from pepper_sim.naoqi.video.streams import Cursor
 from pepper_sim.services.al_video_device import ALVideoDevice
+from telepresence.naoqi.incoming_call import caller
 
 FORMATS = ("bmp", "dib", "jpeg", "jpg", "jpe", "png", "pbm", "pgm", "ppm", "sr", "ras", "tiff", "tif")
 _GREY_ONLY = (".pbm", ".pgm")
 MAX_PICTURES = 1000
-MAX_WAITING = 8
-"""Series that may wait for the camera; the next one is refused."""
+MAX_SERIES = 8
+"""Series that may be taken or wait for the camera at the same time; the next one is refused."""
 _RATE = 30.0
+_CHECKED = 0.1
+"""How often a series looks whether it is still wanted [s]."""
 
 
 class ALPhotoCapture(CameraChoice):
@@ -33,8 +37,8 @@ class ALPhotoCapture(CameraChoice):
         super().__init__()
         self._video, self._disk, self._workers = video, disk, workers
         self._format, self._interval, self._half_pressed = "jpg", 200, False
-        self._taking = threading.Lock()  # one series after the other, as one camera takes them
-        self._places = threading.BoundedSemaphore(MAX_WAITING)
+        self._taking = threading.Lock()  # one picture after the other, as one camera takes them
+        self._places = threading.BoundedSemaphore(MAX_SERIES)
 
     # --- settings ----------------------------------------------------------------------------------------------------
 
@@ -105,7 +109,8 @@ class ALPhotoCapture(CameraChoice):
     def takePictures(
         self, numberOfPictures: int, folderPath: str, fileName: str, overwrite: bool = True
     ) -> concurrent.futures.Future:
-        """Takes pictures one after the other into NAME_0.jpg, NAME_1.jpg, ... and returns [[file, file, ...]]."""
+        """Takes pictures one after the other into NAME_0.jpg, NAME_1.jpg, ... and returns [[file, file, ...]]. The
+        series ends early with its caller, and when it is cancelled."""
         within(numberOfPictures, 1, MAX_PICTURES, "numberOfPictures")
         first = self._file(folderPath, fileName)
         files = [first.with_stem(f"{first.stem}_{number}") for number in range(numberOfPictures)]
@@ -123,19 +128,36 @@ class ALPhotoCapture(CameraChoice):
 
     def _start(self, files: list[PurePosixPath], overwrite: bool) -> concurrent.futures.Future:
         if not self._places.acquire(blocking=False):
-            raise ServiceError(f"{MAX_WAITING} series of pictures wait for the camera already")
-        work = self._workers.run(self._take, files, overwrite)
+            raise ServiceError(f"{MAX_SERIES} series of pictures wait for the camera already")
+        cancelled, connection = threading.Event(), caller()
+        work = self._workers.run(
+            self._take, files, overwrite, lambda: cancelled.is_set() or (connection is not None and connection.closed)
+        )
         work.add_done_callback(lambda _: self._places.release())
-        return work
+        answer = chained(work, lambda names: names)
+        answer.add_done_callback(lambda done: cancelled.set() if done.cancelled() else None)
+        return answer
 
-    def _take(self, files: list[PurePosixPath], overwrite: bool) -> list[str]:
-        with self._taking:
-            cursor = Cursor()
-            for number, file in enumerate(files):
-                if number and self._workers.closing.wait(self._interval / 1000.0):
-                    raise ServiceError("the robot is being switched off")
+    def _take(self, files: list[PurePosixPath], overwrite: bool, unwanted: Callable[[], bool]) -> list[str]:
+        cursor = Cursor()
+        for number, file in enumerate(files):
+            if number:
+                self._pause(unwanted)
+            with self._taking:
                 self._save(file, overwrite, cursor)
         return [str(file) for file in files]
+
+    def _pause(self, unwanted: Callable[[], bool]) -> None:
+        """Wait between two pictures.
+
+        Raises:
+            ServiceError: Nobody wants the second one.
+        """
+        interval = self._interval / 1000.0
+        if interval and self._workers.wait_until(unwanted, interval, min(interval, _CHECKED)):
+            raise ServiceError("nobody waits for these pictures any more")
+        if self._workers.closing.is_set():
+            raise ServiceError("the robot is being switched off")
 
     def _save(self, file: PurePosixPath, overwrite: bool, cursor: Cursor) -> None:
         path = self._disk.path(str(file))

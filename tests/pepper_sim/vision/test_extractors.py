@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pepper_sim.services.al_backlighting_detection import backlighting
+from pepper_sim.services.al_photo_capture import MAX_SERIES
 
 
 @pytest.fixture
@@ -265,6 +266,31 @@ def test_a_series_goes_on_only_over_what_may_be_overwritten(naoqi, refused):
     assert naoqi.ALVideoDevice.closeCamera(0)
     assert "no picture" in refused(camera.takePicture, folder, "two")
     naoqi.ALVideoDevice.openCamera(0)
+
+
+def test_a_slow_series_leaves_the_camera_to_others_and_ends_with_its_caller(naoqi, connect, refused, wait_until):
+    camera, folder, client = naoqi.ALPhotoCapture, "/home/nao/slow", connect()
+    hourly = client.service("ALPhotoCapture")
+    hourly.setCaptureInterval(3_600_000)
+
+    def photographed():
+        call = camera.takePicture(folder, "mine", _async=True)
+        call.wait(10_000)
+        assert call.isFinished(), "a picture waits for the series of others"
+        return not call.hasError()
+
+    series = [hourly.takePictures(3, folder, f"slow{number}", _async=True) for number in range(MAX_SERIES)]
+    disk = naoqi.simulation.server.catalogue.disk
+    wait_until(lambda: len([*disk.path(folder).glob("slow*_0.jpg")]) == MAX_SERIES, "each has its first picture")
+    assert "already" in refused(camera.takePicture, folder, "mine")
+    series[0].cancel()
+    wait_until(photographed, "a cancelled series has left its place")
+    series[0] = hourly.takePictures(3, folder, "once_more", _async=True)
+    wait_until(lambda: disk.path(f"{folder}/once_more_0.jpg").exists(), "it has its first picture")
+    assert not photographed()
+    client.close()
+    wait_until(photographed, "those of a client that is gone have left theirs")
+    camera.setCaptureInterval(200)
 
 
 def test_one_film_at_a_time_and_in_the_formats_of_the_robot(naoqi, refused):
