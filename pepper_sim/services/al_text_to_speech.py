@@ -12,6 +12,7 @@ import itertools
 import logging
 import re
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from pepper_sim.naoqi.speech_tags import bookmarks, read, spoken, styled
 from pepper_sim.naoqi.tasks import Workers, chained
 from pepper_sim.services.al_memory import ALMemory
 from pepper_sim.sound.room import FULL_SCALE, write_wave
-from pepper_sim.sound.speech import MAX_SPEED, SpeechStyle, Voice, synthesise
+from pepper_sim.sound.speech import MAX_SPEED, SpeechStyle, Utterance, Voice, synthesise
 from telepresence.naoqi.signals import Signal
 
 log = logging.getLogger(__name__)
@@ -84,9 +85,8 @@ class ALTextToSpeech(Module):
         self._number = 0
         self._index = 0
         """Number of the next word of the text that is being said."""
-        self._marks: dict[str, list[tuple[int, int]]] = {}
-        """Text that waits -> its bookmarks: number of the word behind it, the bookmark's number."""
-        self._present_marks: list[tuple[int, int]] = []
+        self._marks: Sequence[tuple[int, int]] = ()
+        """The bookmarks of that text."""
         self.synchroTTS = Signal("(m)")
         self.languageTTS = Signal("(s)")
         memory.declare((f"ALTextToSpeech/{event}" for event in _INITIAL_VALUES), self.name)
@@ -125,9 +125,7 @@ class ALTextToSpeech(Module):
             return None
         if self._voice.waiting() >= MAX_QUEUE:
             raise ServiceError(f"{MAX_QUEUE} texts are already waiting")
-        if marks and len(self._marks) < MAX_QUEUE:
-            self._marks[text] = marks
-        return chained(self._voice.say(text, style), lambda _: None)
+        return chained(self._voice.say(text, style, marks), lambda _: None)
 
     # --- settings ----------------------------------------------------------------------------------------------------
 
@@ -307,24 +305,23 @@ class ALTextToSpeech(Module):
         except OSError as error:
             raise ServiceError(f"'{target.name}' cannot be written: {error.strerror}") from None
 
-    def _begun(self, text: str) -> None:
+    def _begun(self, utterance: Utterance) -> None:
         self._number = next(self._numbers)
-        self._index = 0
-        self._present_marks = self._marks.pop(text, [])
+        self._index, self._marks = 0, utterance.bookmarks
         self._announce("TextDone", False)
-        self._announce("CurrentSentence", text)
+        self._announce("CurrentSentence", utterance.text)
         self._announce("TextStarted", True)
         self._announce("Status", [self._number, "started"])
 
     def _word(self, word: str, position: int) -> None:
-        for mark in [number for index, number in self._present_marks if index == self._index]:
+        for mark in [number for index, number in self._marks if index == self._index]:
             self._announce("CurrentBookMark", mark)
         self._announce("CurrentWord", word)
         self._announce("PositionOfCurrentWord", self._index)
         self._index += 1
 
     def _ended(self, interrupted: bool) -> None:
-        for mark in [number for index, number in self._present_marks if index >= self._index and not interrupted]:
+        for mark in [number for index, number in self._marks if index >= self._index and not interrupted]:
             self._announce("CurrentBookMark", mark)
         self._announce("TextStarted", False)
         self._announce("CurrentWord", "")

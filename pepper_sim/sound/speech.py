@@ -12,7 +12,7 @@ import threading
 import time
 import wave
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -43,10 +43,15 @@ class SpeechStyle:
 
 @dataclass
 class Utterance:
-    """A text in the queue; `future` is done when it has been said (true) or was interrupted (false)."""
+    """A text in the queue; `future` is done when it has been said (true) or was interrupted (false).
+
+    Attributes:
+        bookmarks: For whoever follows the words: how many are before each, and its number.
+    """
 
     text: str
     style: SpeechStyle
+    bookmarks: Sequence[tuple[int, int]] = ()
     future: concurrent.futures.Future = field(default_factory=concurrent.futures.Future)
 
 
@@ -96,8 +101,8 @@ def _silence(text: str, style: SpeechStyle) -> tuple[np.ndarray, int]:
 class Voice:
     """Says texts one after the other through a loudspeaker.
 
-    `on_begin(text)`, `on_word(word, position)`, `on_end(interrupted)` are called on the voice's thread. The time of a
-    word is proportional to its position in the text.
+    `on_begin(utterance)`, `on_word(word, position)`, `on_end(interrupted)` are called on the voice's thread. The time
+    of a word is proportional to its position in the text.
 
     Args:
         last_spoken: WAV file that always holds the last text.
@@ -105,7 +110,7 @@ class Voice:
 
     def __init__(self, loudspeaker: Loudspeaker, last_spoken: Path) -> None:
         self.last_spoken = last_spoken
-        self.on_begin: Callable[[str], None] = lambda text: None
+        self.on_begin: Callable[[Utterance], None] = lambda utterance: None
         self.on_word: Callable[[str, int], None] = lambda word, position: None
         self.on_end: Callable[[bool], None] = lambda interrupted: None
         self._loudspeaker = loudspeaker
@@ -117,9 +122,11 @@ class Voice:
         self._thread = threading.Thread(target=self._run, name="voice", daemon=True)
         self._thread.start()
 
-    def say(self, text: str, style: SpeechStyle) -> concurrent.futures.Future:
+    def say(
+        self, text: str, style: SpeechStyle, bookmarks: Sequence[tuple[int, int]] = ()
+    ) -> concurrent.futures.Future:
         """Queue a text; see Utterance. Cancelling the future takes it out of the queue."""
-        utterance = Utterance(text, style)
+        utterance = Utterance(text, style, bookmarks)
         with self._changed:
             if self._closed:
                 utterance.future.set_result(False)
@@ -171,7 +178,7 @@ class Voice:
     def _speak(self, utterance: Utterance) -> bool:
         samples, rate = synthesise(utterance.text, utterance.style)
         write_wave(self.last_spoken, samples, rate)
-        self.on_begin(utterance.text)
+        self.on_begin(utterance)
         sound = self._loudspeaker.play(samples, rate, gain=utterance.style.volume)
         for moment, word, position in _words(utterance.text, len(samples) / rate):
             if self._wait_until(sound.start + moment):

@@ -5,6 +5,8 @@ import wave
 
 import pytest
 
+from pepper_sim.services.al_text_to_speech import MAX_QUEUE
+
 TRIES = 4
 """The best of so many counts where something is timed: other programs hold up those of a busy machine."""
 
@@ -63,6 +65,29 @@ def test_stop_all_interrupts_what_is_said_and_what_waits(naoqi, speech, wait_unt
     for call in calls:
         call.value(10_000)
     wait_until(lambda: interrupted == [True], "the interruption was reported once")
+
+
+def test_bookmarks_are_reported_after_many_texts_that_were_never_said(naoqi, simulation, speech, wait_until):
+    marks = []
+    subscriber = naoqi.ALMemory.subscriber("ALTextToSpeech/CurrentBookMark")
+    subscriber.signal.connect(marks.append)
+    service = next(s for s in simulation.server.catalogue.services if s.name == "ALTextToSpeech")
+    for first in (0, MAX_QUEUE):
+        calls = [service.speak(f"Text {first + number} \\mrk=1\\ " * 5) for number in range(MAX_QUEUE)]
+        service.stopAll()
+        for call in calls:
+            call.result(10.0)
+    speech.say("One \\mrk=777\\ two")
+    wait_until(lambda: 777 in marks, "the bookmark was reported")
+
+
+def test_the_same_text_twice_has_bookmarks_twice(naoqi, speech, wait_until):
+    marks = []
+    subscriber = naoqi.ALMemory.subscriber("ALTextToSpeech/CurrentBookMark")
+    subscriber.signal.connect(marks.append)
+    for call in [speech.say(f"One \\mrk={number}\\ two", _async=True) for number in (1, 2)]:
+        call.value(20_000)
+    wait_until(lambda: sorted(marks) == [1, 2], "both were reported")
 
 
 def test_other_services_answer_while_the_robot_speaks(naoqi, speech):

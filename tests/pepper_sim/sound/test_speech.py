@@ -37,7 +37,7 @@ def test_without_a_synthesiser_there_is_silence_of_the_same_order(monkeypatch):
 
 def test_texts_are_said_in_order_with_their_words(voice):
     events = []
-    voice.on_begin = lambda text: events.append(text)
+    voice.on_begin = lambda utterance: events.append(utterance.text)
     voice.on_word = lambda word, position: events.append((word, position))
     voice.on_end = lambda interrupted: events.append(interrupted)
     first, second = voice.say("Good day", SpeechStyle()), voice.say("Bye", SpeechStyle())
@@ -62,7 +62,7 @@ def test_stop_interrupts_at_once(voice):
 
 def test_a_cancelled_text_is_not_said(voice):
     began = []
-    voice.on_begin = began.append
+    voice.on_begin = lambda utterance: began.append(utterance.text)
     first, second = voice.say("one", SpeechStyle()), voice.say("two", SpeechStyle())
     second.cancel()
     first.result(20)
