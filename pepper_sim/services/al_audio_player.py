@@ -19,9 +19,11 @@ from pepper_sim.naoqi.audio.sound_sets import SoundFile, SoundSets
 from pepper_sim.naoqi.service import Module, ServiceError, remote, within
 from pepper_sim.naoqi.tasks import Alarm, chained
 from pepper_sim.sound.compressed import FORMATS, read_compressed
-from pepper_sim.sound.room import Room, read_wave, sine
+from pepper_sim.sound.room import Room, Sound, read_wave, sine
 
 MAX_FILES = 200
+MAX_SOUNDS = 200
+"""Sounds that may play at the same time."""
 
 
 class ALAudioPlayer(Module):
@@ -35,6 +37,8 @@ class ALAudioPlayer(Module):
         self._alarm = alarm
         self._lock = threading.RLock()
         self._files: dict[int, SoundFile] = {}
+        self._playing: set[SoundFile] = set()
+        """Loaded ones, and those that a call plays without loading them."""
         self._numbers = itertools.count(1)
         self._master = 1.0
         self._sets = SoundSets(disk, self.begin)
@@ -47,13 +51,7 @@ class ALAudioPlayer(Module):
     @remote("i(s)")
     def loadFile(self, fileName: str) -> int:
         """Loads a file and returns its number."""
-        file = self._open(fileName)
-        with self._lock:
-            if len(self._files) >= MAX_FILES:
-                raise ServiceError(f"{MAX_FILES} files are already loaded")
-            number = next(self._numbers)
-            self._files[number] = file
-        return number
+        return self._load(self._open(fileName))
 
     @remote("v(s)", "v(sff)")
     def playFile(self, fileName: str, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
@@ -62,9 +60,16 @@ class ALAudioPlayer(Module):
 
     @remote("v(s)", "v(sff)")
     def playFileInLoop(self, fileName: str, volume: float = 1.0, pan: float = 0.0) -> None:
-        """Plays a file again and again until stopAll; the call ends at once, because no call waits for ever."""
-        number = self.loadFile(fileName)
-        self.begin(self._files[number], volume, pan, loop=True)
+        """Plays a file again and again until stopAll; the call ends at once, because no call waits for ever. The file
+        is loaded meanwhile."""
+        file = self._open(fileName)
+        file.only_playing = True
+        number = self._load(file)
+        try:
+            self.begin(file, volume, pan, loop=True)
+        except ServiceError:
+            self.stop(number)
+            raise
 
     @remote("v(i)", "v(iff)")
     def play(self, taskId: int, volume: float = 1.0, pan: float = 0.0) -> concurrent.futures.Future:
@@ -87,17 +92,15 @@ class ALAudioPlayer(Module):
         with self._lock:
             file = self._files.get(identity)
         if file is not None:
-            self._halt(file)
-            file.position = 0.0
+            self._stop(file)
 
     @remote("v()")
     def stopAll(self) -> None:
-        """Stops every file."""
+        """Stops every sound of this service."""
         with self._lock:
-            files = list(self._files.values())
+            files = {*self._files.values(), *self._playing}
         for file in files:
-            self._halt(file)
-            file.position = 0.0
+            self._stop(file)
 
     @remote("v(if)")
     def goTo(self, playId: int, position: float) -> None:
@@ -210,22 +213,56 @@ class ALAudioPlayer(Module):
                 raise ServiceError(f"no file is loaded under the number {number}")
             return self._files[number]
 
+    def _load(self, file: SoundFile) -> int:
+        """Give a file a number."""
+        with self._lock:
+            if len(self._files) >= MAX_FILES:
+                raise ServiceError(f"{MAX_FILES} files are already loaded")
+            number = next(self._numbers)
+            self._files[number] = file
+        return number
+
     def begin(self, file: SoundFile, volume: float, pan: float, *, loop: bool) -> concurrent.futures.Future:
         """Play a file from its position; the future is done at its end, or when it is stopped.
 
-        Raises: ServiceError: Volume or balance is out of range.
+        Raises: ServiceError: Volume or balance is out of range, or too much is playing.
         """
         within(volume, 0.0, 1.0, "volume")
         within(pan, -1.0, 1.0, "pan")
         with self._lock:
             self._halt(file)
+            if len(self._playing) >= MAX_SOUNDS:
+                raise ServiceError(f"{MAX_SOUNDS} sounds are already playing")
             shift = int(file.position * file.rate)
             samples = np.roll(file.samples, -shift) if loop else file.samples[shift:]
             loudness = volume * file.volume * self._master
             file.loop = loop
-            file.sound = self._loudspeaker.play(samples, file.rate, gain=loudness, loop=loop)
-            file.end = self._alarm.after(0.0 if loop else len(samples) / file.rate)
-            return chained(file.end, lambda _: None)
+            sound = self._loudspeaker.play(samples, file.rate, gain=loudness, loop=loop)
+            end = self._alarm.after(0.0 if loop else len(samples) / file.rate)
+            file.sound, file.end = sound, end
+            self._playing.add(file)
+        if loop:
+            return chained(end, lambda _: None)
+        end.add_done_callback(lambda _: self._over(file, sound))
+        answer = chained(end, lambda _: None)
+        answer.add_done_callback(lambda done: self._stop(file, sound) if done.cancelled() else None)
+        return answer
+
+    def _over(self, file: SoundFile, sound: Sound) -> None:
+        """A sound has come to its end, or was halted."""
+        with self._lock:
+            if file.sound is sound:
+                self._playing.discard(file)
+
+    def _stop(self, file: SoundFile, sound: Sound | None = None) -> None:
+        """Halt a file and go back to its beginning; only if it plays `sound`, if that is given."""
+        with self._lock:
+            if sound is not None and file.sound is not sound:
+                return
+            self._halt(file)
+            file.position = 0.0
+            if file.only_playing:
+                self._files = {number: known for number, known in self._files.items() if known is not file}
 
     def _halt(self, file: SoundFile) -> None:
         with self._lock:
@@ -234,6 +271,7 @@ class ALAudioPlayer(Module):
             file.position = _position(file)
             self._loudspeaker.track.cut(file.sound)
             file.sound = None
+            self._playing.discard(file)
             end, file.end = file.end, None
         if end is not None:
             end.cancel()

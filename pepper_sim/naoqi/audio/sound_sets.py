@@ -15,9 +15,10 @@ from pepper_sim.sound.robot_sounds import SOUND_SETS, STANDARD_SET
 from pepper_sim.sound.room import Sound, read_wave
 
 
-@dataclass
+@dataclass(eq=False)
 class SoundFile:
-    """A file that was read; `position` [s] is where it plays next."""
+    """A file that was read; `position` [s] is where it plays next. One that is `only_playing` is loaded no longer than
+    it plays."""
 
     samples: np.ndarray
     rate: int
@@ -27,6 +28,7 @@ class SoundFile:
     sound: Sound | None = None
     end: concurrent.futures.Future | None = None
     loop: bool = False
+    only_playing: bool = False
 
     @property
     def length(self) -> float:

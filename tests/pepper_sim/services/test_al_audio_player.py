@@ -6,6 +6,7 @@ import wave
 import numpy as np
 import pytest
 
+from pepper_sim.services.al_audio_player import MAX_FILES
 from pepper_sim.sound.compressed import read_compressed
 from pepper_sim.sound.room import sine, write_wave
 
@@ -54,6 +55,48 @@ def test_a_loop_plays_until_stopped(player, simulation):
     player.stopAll()
     assert not track.playing(time.monotonic() + 30.0)
     player.unloadAllFiles()
+
+
+@pytest.mark.parametrize(
+    ("method", "arguments"),
+    [
+        ("playFile", ("/home/nao/long.wav",)),
+        ("playFileFromPosition", ("/home/nao/long.wav", 0.5)),
+        ("playSine", (440, 10, 0, 60.0)),
+        ("playSoundSetFile", ("Aldebaran", "random")),
+        ("playSoundSetFile", ("Aldebaran", "random", 0.0, 1.0, 0.0, True)),
+    ],
+)
+def test_stop_all_stops_every_sound(player, simulation, wait_until, method, arguments):
+    track = simulation.room.loudspeaker.track
+    call = getattr(player, method)(*arguments, _async=True)
+    wait_until(lambda: track.playing(time.monotonic() + 1.0), "it plays")
+    player.stopAll()
+    assert not track.playing(time.monotonic() + 1.0)
+    call.value(10_000)
+
+
+def test_a_cancelled_call_plays_no_longer(player, simulation, wait_until):
+    track = simulation.room.loudspeaker.track
+    call = player.playFile("/home/nao/long.wav", _async=True)
+    wait_until(lambda: track.playing(time.monotonic() + 1.0), "it plays")
+    call.cancel()
+    wait_until(lambda: not track.playing(time.monotonic() + 1.0), "it is silent")
+
+
+def test_a_loop_is_loaded_no_longer_than_it_plays(player, connect, refused):
+    for _ in range(MAX_FILES + 1):
+        player.playFileInLoop("/home/nao/tone.wav")
+        player.stopAll()
+    assert "volume" in refused(player.playFileInLoop, "/home/nao/tone.wav", 5.0, 0.0)
+    client = connect()
+    client.service("ALAudioPlayer").playFileInLoop("/home/nao/tone.wav")
+    client.close()
+    (number,) = player.getLoadedFilesIds()
+    player.pause(int(number))
+    player.playInLoop(int(number))
+    player.stop(int(number))
+    assert player.getLoadedFilesIds() == []
 
 
 def test_missing_files_and_wrong_values_are_refused(player, refused):
