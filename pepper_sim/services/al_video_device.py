@@ -54,6 +54,11 @@ class _Subscription:
     used: float = field(default_factory=time.monotonic)
     calls: PictureCalls = field(default_factory=lambda: PictureCalls(MAX_WAITING))
 
+    @property
+    def rate(self) -> int:
+        """Pictures per second: as many as wanted, if all its cameras can deliver them at its resolutions."""
+        return min(self.fps, *(view.camera.fastest(view.resolution) for view in self.views))
+
 
 class ALVideoDevice(Module):
     """Pictures of the robot's cameras for any number of clients."""
@@ -242,7 +247,7 @@ class ALVideoDevice(Module):
     @remote("i(s)")
     def getFrameRate(self, name: str) -> int:
         """Returns a subscription's pictures per second."""
-        return self._require(name).fps
+        return self._require(name).rate
 
     @remote("b(si)")
     def setActiveCamera(self, name: str, cameraIndex: int) -> bool:
@@ -278,7 +283,7 @@ class ALVideoDevice(Module):
         if resolution not in camera.resolutions:
             offered = tuple((number, RESOLUTIONS[number]) for number in camera.resolutions)
             resolution = closest_resolution(RESOLUTIONS.get(resolution, RESOLUTIONS[1]), offered)
-        rate = min(max(1, round(fps)), camera.max_fps)
+        rate = min(max(1, round(fps)), camera.fastest(resolution))
         key = (camera.name, resolution, rate, *self.settings.parameters[camera.index].flips)
         image = self._streams.read(camera, key, space, cursor)
         if image is None:
@@ -297,9 +302,7 @@ class ALVideoDevice(Module):
             for number in range(MAX_INSTANCES):
                 handle = f"{name}_{number}"
                 if handle not in self._subscriptions:
-                    self._subscriptions[handle] = _Subscription(
-                        name, views, min(fps, min(e.camera.max_fps for e in views))
-                    )
+                    self._subscriptions[handle] = _Subscription(name, views, fps)
                     return handle
         log.warning("subscription '%s' refused: %d of this name exist already", name, MAX_INSTANCES)
         return ""
@@ -354,7 +357,7 @@ class ALVideoDevice(Module):
         if not self.settings.is_open(camera):
             return None
         flips = self.settings.parameters[camera.index].flips
-        key = (camera.name, view.resolution, subscription.fps, *flips)
+        key = (camera.name, view.resolution, subscription.rate, *flips)
         image = self._streams.read(camera, key, view.space, view.cursor)
         if image is None:
             return None

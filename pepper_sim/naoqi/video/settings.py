@@ -26,6 +26,9 @@ from pepper_sim.robot import STEREO_CAMERA, Pepper
 
 _OV5640, _XTION, _STEREO_DEPTH, _OV4689 = 3, 4, 7, 8
 _RATE, _STEREO_RATE = 30, 15
+_SLOW = {4: 1}
+"""Resolution id -> highest rate [1/s]. Source: NAOqi 2.4 and 2.5 documentation, video_pep, "Camera output"; it gives 30
+at VGA, and none for what lies between."""
 _COLOUR_SIZES, _XTION_SIZES = (0, 1, 2, 3, 4, 7, 8), (0, 1, 2, 3, 7, 8)
 _STEREO_DEPTH_SIZES, _STEREO_SIZES = (5, 9, 10, 11, 12), (13, 14, 15, 16, 17)
 
@@ -48,8 +51,8 @@ def robot_cameras(robot: Pepper) -> dict[int, Camera]:
         return Camera(index, name, model, kind, sizes, spaces, rate, fovx, fovy, len(eyes), **more)
 
     found = [
-        camera(0, "CameraTop", _OV5640, _COLOUR_SIZES, RGB_SPACES, _RATE),
-        camera(1, "CameraBottom", _OV5640, _COLOUR_SIZES, RGB_SPACES, _RATE),
+        camera(0, "CameraTop", _OV5640, _COLOUR_SIZES, RGB_SPACES, _RATE, slow=_SLOW),
+        camera(1, "CameraBottom", _OV5640, _COLOUR_SIZES, RGB_SPACES, _RATE, slow=_SLOW),
     ]
     if STEREO_CAMERA in robot.cameras:
         depth = {"parameters": STEREO_DEPTH_PARAMETERS, "depth_range": STEREO_DEPTH_RANGE}

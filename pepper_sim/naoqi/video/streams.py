@@ -41,6 +41,7 @@ class Camera:
         resolutions: Ids it can deliver.
         spaces: Colour space id -> layers.
         max_fps: [1/s]
+        slow: Resolution id -> highest rate, where it is lower [1/s].
         fovx, fovy: Field of view [rad], of one eye.
         views: How many pictures it delivers side by side: 2 for the left and right eye.
         parameters: Parameter id -> its range.
@@ -59,6 +60,11 @@ class Camera:
     views: int = 1
     parameters: Mapping[int, Parameter] = field(default_factory=lambda: PARAMETERS, hash=False)
     depth_range: tuple[float, float] = DEPTH_RANGE
+    slow: Mapping[int, int] = field(default_factory=dict, hash=False)
+
+    def fastest(self, resolution: int) -> int:
+        """Return the highest rate at a resolution [1/s]."""
+        return self.slow.get(resolution, self.max_fps)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import pytest
 from pepper_sim.services.al_video_device import MAX_INSTANCES
 
 TOP, BOTTOM, DEPTH = 0, 1, 2
-QQVGA, QVGA, VGA, VGA4 = 0, 1, 2, 3
+QQVGA, QVGA, VGA, VGA4, VGA16 = 0, 1, 2, 3, 4
 YUV422, RGB, BGR, KDEPTH, XYZ, INFRARED, DISTANCE, RAW_DEPTH = 9, 11, 13, 17, 19, 20, 21, 23
 
 
@@ -197,6 +197,20 @@ def test_a_subscription_can_be_changed(video, refused):
     assert "colorSpace" in refused(video.setColorSpace, handle, KDEPTH)
     assert "frameRate" in refused(video.setFrameRate, handle, 0)
     assert "nobody" in refused(video.setResolution, "nobody", QVGA)
+
+
+def test_the_largest_pictures_come_once_a_second(simulation, video):
+    device = next(s for s in simulation.server.catalogue.services if s.name == "ALVideoDevice")
+    handle = video.subscribeCamera("test", TOP, VGA16, RGB, 30)
+    assert video.getFrameRate(handle) == 1
+    assert video.getImageRemote(handle)[:2] == [2560, 1920]
+    assert 1 in [rate for _, resolution, rate, *_ in device._streams._shared if resolution == VGA16], (
+        "so are they drawn"
+    )
+    assert video.setResolution(handle, VGA) and video.getFrameRate(handle) == 30
+    assert video.setResolution(handle, VGA16) and video.getFrameRate(handle) == 1
+    both = video.subscribeCameras("both", [TOP, DEPTH], [VGA16, QVGA], [RGB, KDEPTH], 10)
+    assert video.getFrameRate(both) == 1
 
 
 def test_forgotten_subscriptions_stop_drawing_and_end(simulation, video, wait_until):
