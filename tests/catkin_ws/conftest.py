@@ -308,3 +308,16 @@ def until_true() -> Callable:
 def workspace_environment() -> dict[str, str]:
     """The environment in which the workspace's packages are found."""
     return read_environment()
+
+
+@pytest.fixture(scope="session")
+def roslaunch_says(workspace_environment: dict[str, str]) -> Callable[..., str]:
+    """What `roslaunch` says it would do: `roslaunch_says("--nodes", "rto_bringup", "rto.launch", "laser:=true")`."""
+
+    def ask(*words: str, **environment: str) -> str:
+        together = {**workspace_environment, **environment}
+        done = subprocess.run(["roslaunch", *words], env=together, capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return ask

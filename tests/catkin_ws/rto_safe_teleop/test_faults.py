@@ -12,10 +12,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from corrupting_proxy import CorruptingProxy
-from gated_station import STOP_WITHIN, GatedStation
+from gated_station import STANDING, STOP_WITHIN, GatedStation
 from guide_lines import GuideLine, tables, typed
+from telepresence_ros.pseudo_terminal import Terminal
 
 from telepresence.station.fault_sentences import UNREACHABLE
+from telepresence.teleop.command_timeout import DRIVER_TIMEOUT
 from telepresence.teleop.stale_command_filter import SILENCE
 
 pytestmark = [pytest.mark.ros]
@@ -139,6 +141,57 @@ def test_what_holds_the_robot_holds_programs_that_know_no_gate(station):
             station.until(lambda: abs(station.speed()) < 0.01, "it is held")
             station.stays()
         station.until(lambda: abs(station.speed()) > 0.08, "it drives on")
+
+
+def test_what_programs_that_know_no_gate_send_goes_through_it(station):
+    """Its speed and a latched stop hold on cmd_vel, too; for the bumper see the last test."""
+    twist = ("geometry_msgs/Twist", f"{{linear: {{y: {'0.5' if station.place() < 0.5 else '-0.5'}}}}}")
+    with station.graph.run("rostopic", "pub", "-r", "10", "/rto3/cmd_vel", *twist):
+        station.until(lambda: abs(station.speed()) > 0.15, "it drives")
+        assert abs(station.safety["vy"]) <= 0.201, "the gate's speed"
+        assert station.trigger("stop_drive")["success"]
+        assert station.time_to_stand(time.time()) < STOP_WITHIN
+        station.told("stopped: Stopped: stop requested by ")
+        station.stays(2.0 * DRIVER_TIMEOUT)
+
+
+def test_without_its_gate_the_robot_rests_whoever_sends_velocities(station):
+    twist = ("geometry_msgs/Twist", f"{{linear: {{y: {'0.1' if station.place() < 0.5 else '-0.1'}}}}}")
+    with station.graph.run("rostopic", "pub", "-r", "10", "/rto3/cmd_vel", *twist):
+        station.until(lambda: abs(station.speed()) > 0.08, "it drives")
+        station.gate.signal(signal.SIGKILL)
+        station.until(lambda: abs(station.speed()) < STANDING, "the gate has gone")
+        station.stays(2.0 * DRIVER_TIMEOUT)
+        station.driver.wait_for("cmd_vel is not obeyed while the safety gate does not run")
+        station.gate = station.start("rto_safe_teleop", "safe_omni_drive", "_careful:=false")
+        station.until(lambda: abs(station.speed()) > 0.08, "the next gate drives on")
+
+
+def test_a_driver_that_is_started_with_a_gate_obeys_nobody_before_it_hears_one(station):
+    driver = str(station.graph.workspace / "lib/rto_node/rto_node")
+    address = f"--hostname=127.0.0.1:{station.graph.free_port()}"
+    twist = ("geometry_msgs/Twist", "{linear: {x: 0.1}}")
+    with (
+        station.graph.run(driver, address, "__ns:=/gated", "_gated:=true") as gated,
+        station.graph.run("rostopic", "pub", "-r", "10", "/gated/cmd_vel", *twist),
+    ):
+        gated.wait_for("cmd_vel is not obeyed while the safety gate does not run")
+
+
+def test_a_keyboard_on_cmd_vel_does_not_take_the_gates_echo_for_another_input(station):
+    keyboard = station.graph.workspace / "lib/teleop_twist_keyboard/teleop_twist_keyboard.py"
+    station.pilot.watch("/rto3/cmd_vel", "geometry_msgs/Twist", ["linear.x"])
+    terminal = Terminal(str(keyboard), "cmd_vel:=/rto3/cmd_vel", "_speed:=0.1", env=station.graph.environment)
+    try:
+        station.until(lambda: "Moving around" in terminal.seen, "it says what the keys do")
+        station.until(lambda: terminal.type("i") or station.safety["vx"] > 0.09, "the key is latched")
+        station.pilot.forget("/rto3/cmd_vel")
+        station.until(lambda: len(station.pilot.seen("/rto3/cmd_vel")) > 40, "keyboard and gate send on one topic")
+        assert "Another input" not in terminal.seen and station.safety["vx"] > 0.09
+        station.pilot.drive(0.0, 0.05, 0.0)
+        station.until(lambda: "Another input" in terminal.seen, "a pilot on safe_cmd_vel is one")
+    finally:
+        terminal.close()
 
 
 @pytest.mark.parametrize("nonsense", [math.nan, math.inf])
@@ -364,3 +417,13 @@ def test_a_bump_is_kept_at_once(station):
     gate.kill()
     station.proxy.spoil.clear()
     station.gate = station.start("rto_safe_teleop", "safe_omni_drive")
+
+
+def test_a_bump_holds_programs_that_know_no_gate(station):
+    """Last, so that no other test has to get away from what was hit."""
+    twist = ("geometry_msgs/Twist", f"{{linear: {{y: {'0.2' if station.place() < 0.5 else '-0.2'}}}}}")
+    with station.graph.run("rostopic", "pub", "-r", "10", "/rto3/cmd_vel", *twist):
+        station.until(lambda: abs(station.speed()) > 0.15, "it drives")
+        station.proxy.spoil["/data/bumper"] = lambda _: b'{"value": true}'
+        station.told("bumped: A bumper was hit")
+        station.stays(2.0 * DRIVER_TIMEOUT)

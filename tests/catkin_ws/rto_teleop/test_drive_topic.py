@@ -25,7 +25,12 @@ def gated(namespace, node):
 
 
 ON_ROBOT = [*gated("/rto3", "/rto3/rto_drive_link"), ("/rto3/rto_drive_link", "sub", "/rto3/cmd_vel")]
-HERE = [*gated("/rto3", "/rto3/safe_omni_drive"), ("/rto3/rto_core", "sub", "/rto3/cmd_vel")]
+HERE = [
+    *gated("/rto3", "/rto3/safe_omni_drive"),
+    ("/rto3/safe_omni_drive", "pub", "/rto3/cmd_vel"),
+    ("/rto3/safe_omni_drive", "sub", "/rto3/cmd_vel"),
+    ("/rto3/rto_core", "sub", "/rto3/cmd_vel"),
+]
 UNGATED = [("/rto3/rto_core", "sub", "/rto3/cmd_vel")]
 PEPPER = [("/naoqi_moveto", "sub", "/cmd_vel"), ("/naoqi_moveto", "pub", "/safety")]
 
@@ -44,8 +49,12 @@ def test_without_a_gate_the_driver_listens(own):
     assert route == Route("/rto3/cmd_vel", ("/rto3/rto_core",)) and "WITHOUT a safety gate" in route.describe("p")
 
 
-def test_a_gate_that_is_not_wanted_is_passed_by():
-    assert find_route("/rto3/cmd_vel", graph(*HERE), gate=False) == Route("/rto3/cmd_vel", ("/rto3/rto_core",))
+@pytest.mark.parametrize("own", ["/rto3/cmd_vel", "/cmd_vel"])
+@pytest.mark.parametrize("station", [ON_ROBOT, HERE], ids=["gate on the robot", "gate here"])
+def test_who_drives_on_cmd_vel_is_told_that_the_gate_hears_it_there(own, station):
+    route = find_route(own, graph(*station), gate=False)
+    assert route.topic == "/rto3/cmd_vel" and route.gated
+    assert "through the safety gate of /rto3/" in route.describe("p") and "rto_core" not in route.describe("p")
 
 
 def test_a_program_for_the_gate_never_drives_past_it():

@@ -200,7 +200,7 @@ class LeaseNode:
         caller = message._connection_header.get("callerid", "")
         if not _CALLER.fullmatch(caller):
             caller = "an unnamed program"
-        if caller == rospy.get_name():
+        if caller in (rospy.get_name(), self._gate.get("callerid")):  # a gate that was started later, on our cmd_vel
             return
         velocity = Velocity(message.linear.x, message.linear.y, message.angular.z)
         with self._lock:

@@ -1,7 +1,8 @@
 """The node rto_node: velocities and outputs to the robot, sensors from it.
 
 Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest only; counts for 0.5 s), but not while
-            drive/hold (std_msgs/String, of drive_lease) says why nobody may drive,
+            drive/hold (std_msgs/String, of drive_lease) says why nobody may drive; from when a safety gate publishes
+            safety_state (std_msgs/String), only what the gate sends, which hears the other programs itself,
             set_digital_values (rto_msgs/DigitalReadings): the eight digital outputs; what the robot does not take
             within 0.5 s is dropped.
 Publishes:  20 Hz: distance_sensors (sensor_msgs/PointCloud: the guide's points, 0.2 m + reading around the middle, in
@@ -12,7 +13,8 @@ Publishes:  20 Hz: distance_sensors (sensor_msgs/PointCloud: the guide's points,
             "robot unreachable: <why>", "driven on the robot" (without ~drive); /diagnostics.
 Parameters: ~hostname, ~max_linear_vel (0.5), ~max_angular_vel (1.0), ~min_linear_vel (0), ~min_angular_vel (0) [m/s,
             rad/s]: see `SpeedLimits`; ~rate (20) [Hz] of the sensors; ~drive (true): false leaves the wheels to the
-            drive server on the robot, and cmd_vel to rto_drive_link.
+            drive server on the robot, and cmd_vel to rto_drive_link; ~gated (false): obey nobody but a safety gate on
+            this side, not even before one was heard.
 Stamps are the ROS time at which the reading arrived: the robot's carry none.
 """
 
@@ -29,6 +31,7 @@ from rto_msgs.msg import AnalogReadings, DigitalReadings, PowerReadings
 from sensor_msgs.msg import BatteryState, ChannelFloat32, JointState, LaserScan, PointCloud
 from std_msgs.msg import Bool, String
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
+from telepresence_ros.gate_names import GateNames
 from telepresence_ros.node import ROBOT_PATIENCE, Node
 from telepresence_ros.sender_watch import subscribe_velocities
 
@@ -104,7 +107,8 @@ class Driver:
         if self._drives:
             # The gate on this side has no hold on programs that publish what it would: the red stop holds them here.
             self._holds = rospy.Subscriber("drive/hold", String, self._on_hold, queue_size=1)
-            subscribe_velocities("cmd_vel", self._on_velocity)
+            self._gates, self._gated = GateNames(), bool(rospy.get_param("~gated", False))
+            subscribe_velocities("cmd_vel", self._on_velocity, accepts=self._passed_the_gate)
         rospy.Subscriber("set_digital_values", DigitalReadings, self._on_outputs, queue_size=1)
 
     def run(self) -> int:
@@ -115,6 +119,18 @@ class Driver:
 
     def _on_hold(self, message: String) -> None:
         self._hold = clean(message.data)
+
+    def _passed_the_gate(self, twist: Twist) -> bool:
+        """Whether to obey a velocity. A gate on this side hears what other programs send, and sends what is safe of it; so
+        a robot that has had a gate waits for it."""
+        if self._gates.sent(twist) or not (self._gates or self._gated):
+            return True
+        if not self._gates.present:
+            rospy.logwarn_throttle(
+                5.0,
+                "cmd_vel is not obeyed while the safety gate does not run; nor when it has ended, until I start anew",
+            )
+        return False
 
     def _on_velocity(self, twist: Twist) -> None:
         if self._hold and self._holds.get_num_connections():

@@ -1,10 +1,11 @@
-"""The node safe_omni_drive: lets through what is safe of safe_cmd_vel.
+"""The node safe_omni_drive: lets through what is safe of safe_cmd_vel, and of what other programs send on cmd_vel.
 
-Subscribes: safe_cmd_vel (geometry_msgs/Twist), distance_sensors (sensor_msgs/PointCloud; its channel "range", or the
-            guide's formula backwards), bumper (std_msgs/Bool), odom (nav_msgs/Odometry), odom_restarted
-            (std_msgs/Empty).
-Publishes:  cmd_vel (geometry_msgs/Twist), /diagnostics, and what `telepresence_ros.safety_topics` lists: safety,
-            safety_state, safety_markers.
+Subscribes: safe_cmd_vel (geometry_msgs/Twist); cmd_vel, for programs that know no gate: the same, but nothing while
+            drive/hold (std_msgs/String, of drive_lease) says why nobody may drive; distance_sensors
+            (sensor_msgs/PointCloud; its channel "range", or the guide's formula backwards), bumper (std_msgs/Bool),
+            odom (nav_msgs/Odometry), odom_restarted (std_msgs/Empty).
+Publishes:  cmd_vel (geometry_msgs/Twist), which rto_node then obeys from nobody else; /diagnostics, and what
+            `telepresence_ros.safety_topics` lists: safety, safety_state, safety_markers.
 Services:   stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger). Not for the bubble.
 Parameters: ~layer ("gate", or "bubble": the guide's filter exactly, to be compared with), ~base_frame_id (base_link).
             For the gate: ~bumper (true): the robot has one, and does not drive while it is silent.
@@ -25,7 +26,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rto_node.robot_facts import SENSORS, ranges_of_guide_points
 from sensor_msgs.msg import PointCloud
-from std_msgs.msg import Bool, Empty
+from std_msgs.msg import Bool, Empty, String
 from telepresence_ros.careful_switch import CarefulSwitch
 from telepresence_ros.diagnostics import OK, WARN, Diagnostics
 from telepresence_ros.kept_state import KeptState
@@ -37,6 +38,7 @@ from rto_safe_teleop.bubble import ClampLimits
 from rto_safe_teleop.gates import SAFETY_RADIUS, Answer, BubbleGate, Gate, RobotGate
 from telepresence.geometry import yaw_of
 from telepresence.safety import ROBOTINO, State, VelocityGate
+from telepresence.security.outside_text import clean
 from telepresence.station import priority
 from telepresence.teleop.stale_command_filter import BURST_ROOM, StaleCommandFilter
 
@@ -54,7 +56,6 @@ class SafeDrive:
         self._gate = _choose_gate()
         self._kept = KeptState()
         self._lock = threading.Lock()  # protects the gate: callbacks come on threads of their own
-        self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         gate = self._gate if isinstance(self._gate, RobotGate) else None
         if gate is not None:
             gate.gate.restore(self._kept.latched())
@@ -68,6 +69,11 @@ class SafeDrive:
             on_latch=self._keep,
         )
         self._diagnostics = Diagnostics("safety", type(self._gate).__name__)
+        self._hold = ""
+        self._holds = rospy.Subscriber("drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
+        with self._lock:  # what comes at once waits until it can be answered
+            subscribe_velocities("cmd_vel", self._on_ungated, BURST_ROOM, others_only=True)
+            self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         subscribe_velocities("safe_cmd_vel", self._on_command, BURST_ROOM)
         SenderWatch("odom", Odometry, self._on_odometry, self._on_odometry_lost)
         for topic, kind, callback in (
@@ -116,6 +122,16 @@ class SafeDrive:
             rospy.loginfo("%s", lines)
         if answer is not None:
             self._give(answer, now)
+
+    def _on_ungated(self, twist: Twist) -> None:
+        """Take a velocity of a program that knows no gate. The lease watches safe_cmd_vel only: obey its holds here."""
+        if self._hold and self._holds.get_num_connections():
+            rospy.logwarn_throttle(5.0, "cmd_vel is not obeyed: %s", self._hold)
+            twist = Twist()
+        self._on_command(twist)
+
+    def _on_hold(self, message: String) -> None:
+        self._hold = clean(message.data)
 
     def _on_distances(self, cloud: PointCloud) -> None:
         ranges = next((channel.values for channel in cloud.channels if channel.name == "range"), None)

@@ -83,8 +83,7 @@ def find_route(own: str, graph: Graph, gate: bool = True) -> Route:
         return tuple(sorted(node for node in found if not _TOOL.match(node)))
 
     def gates(topic: str) -> tuple[str, ...]:
-        reporting = publishers.get(f"{_split(topic)[0]}safety", ())
-        return tuple(node for node in listeners(topic) if node in reporting)
+        return tuple(node for node in listeners(topic) if node in _gates_beside(topic, publishers))
 
     found = {topic: gates(topic) for topic in subscribers if _split(topic)[1] == GATED} if gate else {}
     found = {topic: nodes for topic, nodes in found.items() if nodes}
@@ -93,13 +92,13 @@ def find_route(own: str, graph: Graph, gate: bool = True) -> Route:
     if namespace == "/" and len(found) == 1:
         return Route(*found.popitem(), gated=True)
     if listeners(own):
-        return Route(own, listeners(own))
+        return _route_on(own, listeners(own), graph)
     if namespace == "/" and found:
         return Route(own, gated=True, others=tuple(sorted(_split(topic)[0].rstrip("/") for topic in found)))
     drivers = {topic: listeners(topic) for topic in subscribers if _split(topic)[1] == name == UNGATED}
     drivers = {topic: nodes for topic, nodes in drivers.items() if nodes}
     if namespace == "/" and len(drivers) == 1:
-        return Route(*drivers.popitem())
+        return _route_on(*drivers.popitem(), graph)
     return Route(own)
 
 
@@ -178,7 +177,8 @@ class DriveTopic:
         publishers, subscribers, _ = ({topic: nodes for topic, nodes in part} for part in answer[2])
         if self._fixed:
             nodes = set(subscribers.get(self._own, ())) - {rospy.get_name()}
-            return Route(self._own, tuple(sorted(nodes)), gated=_split(self._own)[1] == GATED)
+            route = _route_on(self._own, tuple(sorted(nodes)), (publishers, subscribers))
+            return route._replace(gated=route.gated or _split(self._own)[1] == GATED)
         return find_route(self._own, (publishers, subscribers), self._gate)
 
     def _take(self, route: Route) -> None:
@@ -198,6 +198,19 @@ class DriveTopic:
 
     def _on_hold(self, message: String) -> None:
         self._hold = clean(message.data)
+
+
+def _gates_beside(topic: str, publishers: Mapping[str, Iterable[str]]) -> set[str]:
+    """Return the nodes that are safety gates of the robot that this topic drives."""
+    return set(publishers.get(f"{_split(topic)[0]}safety", ()))
+
+
+def _route_on(topic: str, listeners: tuple[str, ...], graph: Graph) -> Route:
+    """Return the route on a topic that these nodes listen to. A gate that hears it, be it cmd_vel, is the only one that
+    the driver obeys."""
+    publishers, subscribers = graph
+    hearing = tuple(sorted(_gates_beside(topic, publishers) & set(subscribers.get(topic, ()))))
+    return Route(topic, hearing or listeners, gated=bool(hearing))
 
 
 def _split(topic: str) -> tuple[str, str]:

@@ -1,8 +1,10 @@
 """Keyboard driving as a ROS node: keys from the terminal it was started in, velocities on cmd_vel.
 
 Publishes: cmd_vel (geometry_msgs/Twist), repeated while a key is latched, silent half a second after a stop.
-Subscribes: cmd_vel, to let go when another input (the window's drive pad or Stop button) begins to drive; drive/hold
-            (std_msgs/String, latched), same namespace: as long as drive_lease says why nobody may drive, keys don't.
+Subscribes: cmd_vel and safe_cmd_vel beside it, to let go when another input (the window's drive pad or Stop button)
+            begins to drive; safety_state beside them, as what a safety gate sends on cmd_vel is no other input;
+            drive/hold (std_msgs/String, latched), same namespace: as long as drive_lease says why nobody may drive,
+            keys don't.
 Parameters: ~speed 0.2 m/s, ~turn 0.5 rad/s, ~speed_limit 0.55 m/s, ~turn_limit 2.0 rad/s, ~key_timeout 0 s (latched
 until the next key), ~repeat_rate 10 Hz (0: only when a key is pressed; else at least 4, for a robot stops when it has
 received nothing for 0.5 s). The telepresence report starts at 0.5 m/s and 1.0 rad/s, which is brisk among people, and
@@ -22,6 +24,7 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 from std_msgs.msg import String
+from telepresence_ros.gate_names import GateNames
 from telepresence_ros.node import Node, stop_on_signals
 from telepresence_ros.other_senders import subscribe_to_others
 from telepresence_ros.sender_watch import moves
@@ -89,9 +92,11 @@ class KeyboardNode:
         self._taken_over = threading.Event()
         self._inputs = OtherInputs()
         self._motion, self._speed_keys = keys.describe_motion(), 0
-        self._others = subscribe_to_others("cmd_vel", Twist, self._receive)
-        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         beside = rosgraph.names.namespace(rospy.resolve_name("cmd_vel"))
+        self._gates = GateNames(beside)
+        for topic in {rospy.resolve_name("cmd_vel"), f"{beside}safe_cmd_vel"}:
+            subscribe_to_others(topic, Twist, self._receive)
+        self._publisher = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         self._hold = ""
         self._holds = rospy.Subscriber(f"{beside}drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
         rospy.on_shutdown(self._end)
@@ -171,6 +176,8 @@ class KeyboardNode:
 
     def _receive(self, message: Twist) -> None:
         """Let go when another node drives or stops the robot; called on rospy's thread."""
+        if self._gates.sent(message):
+            return
         if self._inputs.take_over(message._connection_header["callerid"], moves(message), clock()):
             self._taken_over.set()
 

@@ -10,11 +10,13 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import rospy
 from geometry_msgs.msg import Twist
 
+from telepresence_ros.other_senders import subscribe_to_others
 from telepresence_ros.past_commands import PastCommands
 
 log = logging.getLogger(__name__)
@@ -31,6 +33,7 @@ class SenderWatch:
         on_end: Called, on a thread of its own, once the connection is closed over which the newest message came.
         matters: Whether the end of the sender of this message matters; by default always.
         accepts: Whether this message counts at all; by default always.
+        others_only: This node publishes the topic, too, and does not listen to itself, see `subscribe_to_others`.
     """
 
     def __init__(
@@ -42,11 +45,13 @@ class SenderWatch:
         queue_size: int = 1,
         matters: Callable[[Any], bool] = lambda _message: True,
         accepts: Callable[[Any], bool] = lambda _message: True,
+        others_only: bool = False,
     ) -> None:
         self._callback, self._on_end, self._matters, self._accepts = callback, on_end, matters, accepts
         self._lock = threading.Lock()  # protects _sender
         self._sender: object = None
-        self._subscriber = rospy.Subscriber(topic, kind, self._on_message, queue_size=queue_size, tcp_nodelay=True)
+        subscribe = subscribe_to_others if others_only else partial(rospy.Subscriber, tcp_nodelay=True)
+        self._subscriber = subscribe(topic, kind, self._on_message, queue_size=queue_size)
         threading.Thread(target=self._watch, name=f"senders of {topic}", daemon=True).start()
 
     def _on_message(self, message: Any) -> None:
@@ -83,17 +88,20 @@ def subscribe_velocities(
     callback: Callable[[Twist], None],
     queue_size: int = 1,
     on_end: Callable[[], None] | None = None,
+    accepts: Callable[[Twist], bool] = lambda _twist: True,
+    others_only: bool = False,
 ) -> SenderWatch:
     """Subscribe to velocities. When the program that drives ends without a zero, `on_end` is called; without it the
     callback gets one.
 
-    A latched velocity that was sent before this program listened is not obeyed, see `PastCommands`.
+    A latched velocity that was sent before this program listened is not obeyed, see `PastCommands`. The other arguments
+    are those of `SenderWatch`.
     """
     past = PastCommands(topic)
 
     def is_present(twist: Twist) -> bool:
         if not (past.is_past(twist) and moves(twist)):
-            return True
+            return accepts(twist)
         rospy.logwarn("%s: a velocity from before this program listened is not obeyed", rospy.resolve_name(topic))
         return False
 
@@ -104,7 +112,7 @@ def subscribe_velocities(
         else:
             on_end()
 
-    return SenderWatch(topic, Twist, callback, end, queue_size, matters=moves, accepts=is_present)
+    return SenderWatch(topic, Twist, callback, end, queue_size, moves, is_present, others_only)
 
 
 def moves(twist: Twist) -> bool:
