@@ -162,7 +162,7 @@ def test_without_its_gate_the_robot_rests_whoever_sends_velocities(station):
         station.gate.signal(signal.SIGKILL)
         station.until(lambda: abs(station.speed()) < STANDING, "the gate has gone")
         station.stays(2.0 * DRIVER_TIMEOUT)
-        station.driver.wait_for("cmd_vel is not obeyed while the safety gate does not run")
+        station.driver.wait_for("cmd_vel is not obeyed while the safety gate of this robot does not run")
         station.gate = station.start("rto_safe_teleop", "safe_omni_drive", "_careful:=false")
         station.until(lambda: abs(station.speed()) > 0.08, "the next gate drives on")
 
@@ -175,7 +175,7 @@ def test_a_driver_that_is_started_with_a_gate_obeys_nobody_before_it_hears_one(s
         station.graph.run(driver, address, "__ns:=/gated", "_gated:=true") as gated,
         station.graph.run("rostopic", "pub", "-r", "10", "/gated/cmd_vel", *twist),
     ):
-        gated.wait_for("cmd_vel is not obeyed while the safety gate does not run")
+        gated.wait_for("cmd_vel is not obeyed while the safety gate of this robot does not run")
 
 
 def test_a_keyboard_on_cmd_vel_does_not_take_the_gates_echo_for_another_input(station):

@@ -121,15 +121,12 @@ class Driver:
         self._hold = clean(message.data)
 
     def _passed_the_gate(self, twist: Twist) -> bool:
-        """Whether to obey a velocity. A gate on this side hears what other programs send, and sends what is safe of it; so
-        a robot that has had a gate waits for it."""
+        """Whether to obey a velocity. A gate on this side hears what other programs send, and sends what is safe of it;
+        so a robot that has had a gate waits for it."""
         if self._gates.sent(twist) or not (self._gates or self._gated):
             return True
         if not self._gates.present:
-            rospy.logwarn_throttle(
-                5.0,
-                "cmd_vel is not obeyed while the safety gate does not run; nor when it has ended, until I start anew",
-            )
+            rospy.logwarn_throttle(5.0, "cmd_vel is not obeyed while the safety gate of this robot does not run")
         return False
 
     def _on_velocity(self, twist: Twist) -> None:
