@@ -12,6 +12,18 @@ from telepresence import naoqi
 
 pytestmark = pytest.mark.ros
 PROGRAMS = Path(__file__).parent / "programs"
+BASE = """
+import rospy
+from std_srvs.srv import Empty, EmptyResponse
+
+def stop(_request):
+    print("asked to stop", flush=True)
+    return EmptyResponse()
+
+rospy.init_node("base")
+rospy.Service("/p1/stop_walk_srv", Empty, stop)
+rospy.spin()
+"""
 
 
 @pytest.fixture(scope="module")
@@ -35,8 +47,8 @@ def joint(probe, name: str) -> float:
     return dict(zip(names, positions, strict=True))[name]
 
 
-def execute(graph, pose: str):
-    program = graph.run(str(graph.workspace / "lib" / "naoqi_pose" / "execute_pose.py"), pose)
+def execute(graph, pose: str, *remappings: str):
+    program = graph.run(str(graph.workspace / "lib" / "naoqi_pose" / "execute_pose.py"), pose, *remappings)
     return program.process.wait(60), program.output
 
 
@@ -137,3 +149,33 @@ def test_what_is_withdrawn_ends_on_a_robot_that_cannot_cancel_calls(graph, probe
     robot.close()
     assert f"state: {GoalStatus.PREEMPTED} withdrawn" in pilot.output
     assert left == [], "it goes on"
+
+
+def test_the_red_stop_holds_the_joints_of_a_robot_in_a_namespace(graph, probe):
+    graph.run("rosparam", "set", "/p1/pepper_is_here", "true").process.wait(30)
+    refusal = "joint_angles is not obeyed: anna has pressed the red stop"
+    angles = "{joint_names: [HeadYaw], joint_angles: [-0.6], speed: 1.0}"
+    with (
+        graph.run_node("naoqi_pose", "pose_controller.py", "__ns:=/p1/pepper_robot/pose") as controller,
+        graph.run("rostopic", "pub", "-r", "10", "/p1/drive/state", "telepresence_msgs/DriveState", "stopped_by: anna"),
+        graph.run(
+            "rostopic", "pub", "-r", "10", "/p1/pepper_robot/pose/joint_angles",
+            "naoqi_bridge_msgs/JointAnglesWithSpeed", angles,
+        ),
+    ):  # fmt: skip
+        controller.wait_for(refusal)
+
+
+def test_a_pose_of_a_robot_in_a_namespace_stops_its_base(graph, probe, until_true):
+    """Its service is asked for by the name that it has there."""
+    graph.run("rosparam", "set", "/p1/pepper_is_here", "true").process.wait(30)
+    poses = graph.workspace.parent / "src" / "naoqi_pose" / "config" / "pepper_poses.yaml"
+    graph.run("rosparam", "load", str(poses), "/p1/pepper_robot/pose/pose_manager/poses").process.wait(30)
+    stopped = graph.run(sys.executable, "-c", BASE)
+    space = "__ns:=/p1/pepper_robot/pose"
+    with (
+        graph.run_node("naoqi_pose", "pose_controller.py", space),
+        graph.run(str(graph.workspace / "lib" / "naoqi_pose" / "pose_manager.py"), space),
+    ):
+        execute(graph, "zero", space)
+        stopped.wait_for("asked to stop")

@@ -4,9 +4,10 @@
 Actions:    joint_trajectory, joint_stiffness_trajectory (naoqi_bridge_msgs/JointTrajectory),
             joint_angles_action (JointAnglesWithSpeed), body_pose_naoqi (BodyPoseWithSpeed: NAOqi's own postures).
 Subscribes: joint_angles (JointAnglesWithSpeed), joint_stiffness (sensor_msgs/JointState, stiffness in the field effort;
-            what naoqi_joint_states publishes under the same name is not taken as a command); drive/state
-            (telepresence_msgs/DriveState, of drive_lease): while the red stop is pressed motions end, and new ones
-            and wakeup are refused. To stiffen, to relax and to rest is always allowed.
+            what naoqi_joint_states publishes under the same name is not taken as a command); the robot's
+            drive/state (telepresence_msgs/DriveState, of drive_lease; see `robot_namespace`): while the red stop is
+            pressed motions end, and new ones and wakeup are refused. To stiffen, to relax and to rest is always
+            allowed.
 Services:   body_stiffness/enable, body_stiffness/disable, wakeup, rest, life/enable, life/disable (std_srvs/Empty),
             life/get_state (std_srvs/Trigger). They answer when the robot has done it.
 Publishes:  get_life_state (std_msgs/String, latched).
@@ -33,6 +34,7 @@ from naoqi_driver.connection import PendingCall, RobotError
 from naoqi_driver.naoqi_node import NaoqiNode
 from naoqi_driver.replies import names as names_of
 from naoqi_driver.replies import numbers, text
+from naoqi_pose.robot_namespace import of_robot
 from naoqi_pose.trajectory import Interpolation, UnusableTrajectory, to_interpolation
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -57,7 +59,9 @@ class PoseController:
         self._poll = float(rospy.get_param("~poll_rate", 0.2))
         self._stiffen_to = float(rospy.get_param("~init_stiffness", 0.0))
         self._stopped_by = ""
-        self._states = rospy.Subscriber("drive/state", DriveState, self._on_drive_state, queue_size=1, tcp_nodelay=True)
+        self._states = rospy.Subscriber(
+            of_robot("drive/state"), DriveState, self._on_drive_state, queue_size=1, tcp_nodelay=True
+        )
         self._life = rospy.Publisher("get_life_state", String, queue_size=1, latch=True)
         for name, service, method, *arguments in (
             ("body_stiffness/enable", "ALMotion", "stiffnessInterpolation", "Body", 1.0, STIFFENING_TIME),

@@ -2,7 +2,8 @@
 """Named poses: takes the pose that an action names, by way of pose_controller's joint_trajectory.
 
 Actions:    body_pose (naoqi_bridge_msgs/BodyPose).
-Needs:      the action joint_trajectory of pose_controller; calls the service stop_walk_srv first, where there is one.
+Needs:      the action joint_trajectory of pose_controller; calls the robot's service stop_walk_srv first, where there
+            is one (see `robot_namespace`).
 Parameters: ~poses: name -> joint_names, positions, time_from_start (see config/pepper_poses.yaml). ~xap, Choregraphe's
             posture library for NAO, is not read: a warning says so.
 """
@@ -15,6 +16,7 @@ import rospy
 from actionlib_msgs.msg import GoalStatus
 from naoqi_bridge_msgs.msg import BodyPoseAction, BodyPoseResult, JointTrajectoryAction, JointTrajectoryGoal
 from naoqi_pose.poses import Pose, UnusablePose, read_poses
+from naoqi_pose.robot_namespace import of_robot
 from std_srvs.srv import Empty
 from telepresence_ros.node import Node, hide_late_publications
 from trajectory_msgs.msg import JointTrajectoryPoint
@@ -36,7 +38,7 @@ class PoseManager:
             sys.exit(f"{rospy.get_name()}: {error}")
         if rospy.get_param("~xap", ""):
             rospy.logwarn("posture libraries (~xap) are not read; write the poses to ~poses")
-        self._stop_walk = rospy.ServiceProxy("stop_walk_srv", Empty)
+        self._stop_walk = rospy.ServiceProxy(of_robot("stop_walk_srv"), Empty)
         self._controller = actionlib.SimpleActionClient("joint_trajectory", JointTrajectoryAction)
         self._server = actionlib.SimpleActionServer("body_pose", BodyPoseAction, self._on_goal, auto_start=False)
         self._server.start()

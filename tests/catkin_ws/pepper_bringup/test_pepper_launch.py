@@ -1,0 +1,20 @@
+"""What the launch files of a Pepper tell its nodes."""
+
+from __future__ import annotations
+
+import pytest
+import yaml
+
+
+@pytest.mark.parametrize(("space", "mark"), [("", "/pepper_is_here"), ("p1", "/p1/pepper_is_here")])
+def test_the_poses_find_the_robot_in_its_namespace(roslaunch_says, space, mark):
+    parameters = yaml.safe_load(
+        roslaunch_says("--dump-params", "pepper_bringup", "pepper_full_py.launch", ROS_NAMESPACE=space)
+    )
+    assert parameters[mark] is True
+    for node in ("pose_controller", "pose_manager"):
+        command = roslaunch_says(
+            "--args", f"{space and '/'}{space}/pepper_robot/pose/{node}", "pepper_bringup", "pepper_full_py.launch",
+            ROS_NAMESPACE=space,
+        )  # fmt: skip
+        assert "drive/state:=" not in command and "stop_walk_srv:=" not in command, "it asks for its own robot's"
