@@ -30,6 +30,21 @@ def test_ring_scan_turns_counter_clockwise_from_minus_160_degrees():
         assert ranges[index] == (math.inf if reading == 0.41 else pytest.approx(reading + 0.2264))
 
 
+@pytest.mark.parametrize("reading", [-1.0, math.nan])
+def test_no_reading_is_no_place(reading):
+    readings = [reading, *READINGS[1:]]
+    assert math.isnan(robot_facts.ring_scan(readings)[4]), "the range ahead"
+    x, y, _ = robot_facts.guide_points(readings)[0]
+    assert math.isnan(x) and math.isnan(y)
+    assert robot_facts.guide_points(readings)[1:] == robot_facts.guide_points(READINGS)[1:]
+
+
+def test_what_is_too_near_to_be_measured_is_no_range_but_still_a_point():
+    assert robot_facts.ring_scan([0.0, *READINGS[1:]])[4] == -math.inf
+    assert robot_facts.ring_scan([robot_facts.NEAREST, *READINGS[1:]])[4] == pytest.approx(0.2664)
+    assert robot_facts.guide_points([0.0, *READINGS[1:]])[0] == pytest.approx((0.2, 0.0, 0.05))
+
+
 @pytest.mark.parametrize("velocity", [(0.2, 0, 0), (0, 0.3, 0), (0, 0, 1), (0.1, -0.2, 0.5)])
 def test_wheels_turn_as_the_robots_own_equations_say(velocity):
     """32 motor turns are one of the wheel."""

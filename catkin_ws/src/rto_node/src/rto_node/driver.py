@@ -6,8 +6,9 @@ Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_link; newest onl
             set_digital_values (rto_msgs/DigitalReadings): the eight digital outputs; what the robot does not take
             within 0.5 s is dropped.
 Publishes:  20 Hz: distance_sensors (sensor_msgs/PointCloud: the guide's points, 0.2 m + reading around the middle, in
-            base_link; channel "range" holds the readings [m]), distance_sensors_scan (sensor_msgs/LaserScan: true
-            geometry, from the middle, infinity where nothing is), bumper (std_msgs/Bool), joint_states (the wheels);
+            base_link, NaN for no reading; channel "range" holds the readings [m]), distance_sensors_scan
+            (sensor_msgs/LaserScan: true geometry, from the middle; infinities and NaN as in REP 117), bumper
+            (std_msgs/Bool), joint_states (the wheels);
             4 Hz: analog_readings, digital_readings, digital_outputs; 1 Hz: power_readings, battery
             (sensor_msgs/BatteryState); drive_state (std_msgs/String, latched): "driving", "stopped: <why>",
             "robot unreachable: <why>", "driven on the robot" (without ~drive); /diagnostics.

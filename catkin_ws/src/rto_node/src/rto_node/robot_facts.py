@@ -34,11 +34,11 @@ WHEEL_JOINTS = ("wheel0_joint", "wheel1_joint", "wheel2_joint")
 
 
 def guide_points(distances: Sequence[float]) -> list[tuple[float, float, float]]:
-    """The guide's points of nine readings, in base_link [m]. "Nothing" is a far point."""
+    """The guide's points of nine readings, in base_link [m]. "Nothing" is a far point; no reading is none: NaN."""
     return [
         (
-            (distance + GUIDE_RADIUS) * math.cos(GUIDE_ANGLE * i),
-            (distance + GUIDE_RADIUS) * math.sin(GUIDE_ANGLE * i),
+            (_measured(distance) + GUIDE_RADIUS) * math.cos(GUIDE_ANGLE * i),
+            (_measured(distance) + GUIDE_RADIUS) * math.sin(GUIDE_ANGLE * i),
             GUIDE_HEIGHT,
         )
         for i, distance in enumerate(distances)
@@ -51,10 +51,22 @@ def ranges_of_guide_points(points: Sequence[tuple[float, float]]) -> list[float]
 
 
 def ring_scan(distances: Sequence[float]) -> list[float]:
-    """Ranges from the robot's middle [m], counter-clockwise from `SCAN_START`; infinity where nothing is."""
+    """Ranges from the robot's middle [m], counter-clockwise from `SCAN_START`; infinity where nothing is, minus
+    infinity for what is nearer than can be measured, NaN where nothing was measured (REP 117)."""
     behind = len(distances) // 2 + 1
-    turned = [*distances[behind:], *distances[:behind]]
-    return [distance + RING_RADIUS if distance < NOTHING else math.inf for distance in turned]
+    return [_ring_range(distance) for distance in (*distances[behind:], *distances[:behind])]
+
+
+def _measured(distance: float) -> float:
+    """The reading [m]; NaN for what the robot reports when a sensor has none."""
+    return distance if distance >= 0.0 else math.nan
+
+
+def _ring_range(distance: float) -> float:
+    distance = _measured(distance)
+    if distance < NEAREST:
+        return -math.inf
+    return math.inf if distance >= NOTHING else distance + RING_RADIUS
 
 
 def wheel_speeds(vx: float, vy: float, wz: float) -> tuple[float, float, float]:
