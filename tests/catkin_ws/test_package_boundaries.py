@@ -236,3 +236,12 @@ def test_a_driver_needs_no_package_about_a_web_camera(package):
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_package_has_this_version(package):
     assert manifest(package).findtext("version") == VERSION
+
+
+@pytest.mark.parametrize("package", [name for name, folder in PACKAGES.items() if (folder / "setup.py").exists()])
+def test_every_python_package_is_named_where_catkin_installs_from(package):
+    sources = PACKAGES[package] / "src"
+    folders = {".".join(path.parent.relative_to(sources).parts) for path in sources.rglob("*.py")}
+    called = ast.parse((PACKAGES[package] / "setup.py").read_text())
+    (named,) = (word.value for word in ast.walk(called) if isinstance(word, ast.keyword) and word.arg == "packages")
+    assert set(ast.literal_eval(named)) == folders
