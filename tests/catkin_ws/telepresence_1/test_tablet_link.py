@@ -299,6 +299,16 @@ def test_a_robot_whose_life_is_off_needs_no_focus_and_gets_it_when_it_lives(
     assert "without the robot's focus" not in caplog.text and "taking it again" not in caplog.text
 
 
+def test_no_activity_leaves_the_focus_alone(
+    add_life: Callable, recorder: Recorder, show: Callable, wait_until: Callable
+) -> None:
+    life = add_life(ACTIVITY, "other/dance")
+    life.focus = "other/dance"
+    link = show("http://10.0.0.2:10002/", activity="none")
+    wait_until(lambda: link.shown_since, "the page is shown")
+    assert life.focus == "other/dance" and not link.focus.held and not link.focus.problem
+
+
 def blue_on(tablet: Tablet) -> bool:
     picture = tablet.image.peek()
     return picture is not None and abs(picture.content[200, 320].astype(int) - (0, 0, 200)).max() < 15

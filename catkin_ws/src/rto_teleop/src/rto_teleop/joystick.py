@@ -1,11 +1,12 @@
 """Gamepad driving as a ROS node.
 
-Subscribes: joy (sensor_msgs/Joy), with ~device empty; the node that publishes it must repeat at 10 Hz or faster.
+Subscribes: joy (sensor_msgs/Joy), with _device:=none; the node that publishes it must repeat at 10 Hz or faster.
             drive/hold (std_msgs/String): as long as drive_lease says why nobody may drive, the gamepad does not.
 Publishes:  safe_cmd_vel where a safety gate listens, else cmd_vel (geometry_msgs/Twist; see `drive_topic`): 20 Hz while
             the drive button is held, zeros for a moment after, then nothing.
-Parameters: ~device (/dev/input/js0): read this gamepad here; ~axis_x, ~axis_y, ~axis_turn, ~axis_hat_x, ~axis_hat_y,
-            ~button_drive (LB), ~button_turbo (RB), ~scale_linear, ~scale_angular, ~turbo, ~dead_zone, ~curve, ~creep:
+Parameters: ~device (/dev/input/js0): read this gamepad here; none or empty: read none; ~axis_x, ~axis_y, ~axis_turn,
+            ~axis_hat_x, ~axis_hat_y, ~button_drive (LB), ~button_turbo (RB), ~scale_linear, ~scale_angular, ~turbo,
+            ~dead_zone, ~curve, ~creep:
             see `Layout` in telepresence.teleop.joystick_mapping; ~axis_nod, ~axis_look, ~button_look: with which the
             window turns a head, and nothing turns here. Axes and buttons that no parameter names are the window's:
             found by the kernel's names for them, else an Xbox pad's. ~gate (true): false drives on cmd_vel
@@ -30,6 +31,8 @@ from telepresence.teleop.joystick_mapping import JoystickMapping, Layout
 PERIOD = 0.05
 REMINDER = 5.0
 """Seconds between two sentences about why the gamepad moves nothing."""
+NO_DEVICE = ("none", "")
+"""Roslaunch and rosrun drop an argument without a value, so that only a launch file can give an empty one."""
 LOOK_PERIOD = 1.0
 """Seconds between two attempts to open a gamepad that is not there."""
 
@@ -49,7 +52,7 @@ class JoystickNode:
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
-        if self._device:
+        if self._device not in NO_DEVICE:
             return self._node.run(self._publish, self._read_device, self._watch_topic)
         rospy.Subscriber("joy", Joy, self._on_joy, queue_size=1, tcp_nodelay=True)
         return self._node.run(self._publish, self._watch_topic)

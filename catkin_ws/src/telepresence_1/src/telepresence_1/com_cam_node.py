@@ -21,7 +21,7 @@ Parameters:
     ~max_viewers (64)
     ~show_on_tablet (true)  from the start; see the service of this name. While it is off, the camera is closed
     ~activity ("robotvideo/behaviour")
-                            what to keep in the robot's focus while the page is shown; "" leaves the focus alone
+                            what to keep in the robot's focus while the page is shown; "none" leaves the focus alone
     ~nao_ip, ~nao_port (127.0.0.1, 9559)
                             with the environment's NAO_USER and NAO_PASSWORD, if they are set
     ~page_url ("")          the page as the tablet must ask for it, when that is not what ~address says

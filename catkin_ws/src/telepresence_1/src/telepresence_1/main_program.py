@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--qi-url", default="tcp://127.0.0.1:9559", help="the robot; default %(default)s")
     parser.add_argument("--url", help="the page as the tablet can reach it; default: com_cam.py's on this machine")
-    parser.add_argument("--activity", default=ACTIVITY, help="what to keep in focus; default %(default)s")
+    parser.add_argument("--activity", default=ACTIVITY, help="what to keep in focus, or none; default %(default)s")
     parser.add_argument("--version", action="version", version=f"{APP_ID} {version('telepresence')}")
     options = parser.parse_args(rospy.myargv(sys.argv)[1:] if arguments is None else arguments)
     logging.basicConfig(level=logging.INFO, format="%(message)s")

@@ -20,6 +20,8 @@ log = logging.getLogger(__name__)
 
 ACTIVITY = "robotvideo/behaviour"
 """The activity of the report's own package, `robotvideo.pkg`; see docs/pepper.md for how to install ours."""
+NO_ACTIVITY = "none"
+"""On a command line, where ROS drops an argument without a value."""
 SWITCH_TIMEOUT = 5.0
 """Seconds that the robot may take to end one activity and to start another."""
 END_TIMEOUT = 0.5
@@ -29,10 +31,10 @@ FIRST_PAUSE, LONGEST_PAUSE = 1.0, 30.0
 
 
 class RobotFocus:
-    """The robot's focus for `activity`; "" leaves the focus alone. The methods belong to one thread at a time."""
+    """The robot's focus for `activity`; "none" or "" leaves it alone. The methods belong to one thread at a time."""
 
     def __init__(self, connection: Connection, activity: str = ACTIVITY) -> None:
-        self.activity = activity
+        self.activity = "" if activity == NO_ACTIVITY else activity
         self.held = False
         """Whether the robot says that the activity is in focus."""
         self.problem = ""

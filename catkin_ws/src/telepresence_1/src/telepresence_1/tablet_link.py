@@ -51,7 +51,7 @@ class TabletLink:
         connection: The link to the robot; started and closed by its owner.
         url: Of the page, as the tablet must ask for it.
         wanted: Whether to show the page from the start, see `show`.
-        activity: Which of the robot's activities to keep in focus meanwhile; "" for none.
+        activity: Which of the robot's activities to keep in focus meanwhile; "none" for none.
     """
 
     def __init__(self, connection: Connection, url: str, wanted: bool = True, activity: str = ACTIVITY) -> None:
