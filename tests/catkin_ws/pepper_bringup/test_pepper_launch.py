@@ -18,3 +18,9 @@ def test_the_poses_find_the_robot_in_its_namespace(roslaunch_says, space, mark):
             ROS_NAMESPACE=space,
         )  # fmt: skip
         assert "drive/state:=" not in command and "stop_walk_srv:=" not in command, "it asks for its own robot's"
+
+
+@pytest.mark.parametrize("file", ["pepper_full.launch", "pepper_full_py.launch", "tele_pepper.launch"])
+def test_a_namespace_from_the_environment_stands_in_names_once(roslaunch_says, file):
+    nodes = roslaunch_says("--nodes", "pepper_bringup", file, ROS_NAMESPACE="p1").split()
+    assert "/p1/pepper_robot/pepper_laser" in nodes and all(node.count("p1") == 1 for node in nodes), nodes
