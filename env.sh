@@ -23,8 +23,21 @@ fi
 # First in PATH: nodes with `env python3` in their first line must find the interpreter that sees rospy and the venv.
 export VIRTUAL_ENV="$_telepresence_root/.venv"
 case ":$PATH:" in *":$VIRTUAL_ENV/bin:"*) ;; *) export PATH="$VIRTUAL_ENV/bin:$PATH" ;; esac
-# Without a name or address of its own a node announces the host name, which often nobody can resolve.
-[ -n "${ROS_HOSTNAME:-}" ] || export ROS_IP="${ROS_IP:-127.0.0.1}"
+# Without a name or address of its own a node announces the host name, which often nobody can resolve. A master on another
+# machine calls for an address that others reach, which only a person can choose: nodes listen there, and so may strangers.
+if [ -z "${ROS_HOSTNAME:-}${ROS_IP:-}" ]; then
+  export ROS_IP=127.0.0.1
+  _telepresence_master=${ROS_MASTER_URI:-http://localhost} && _telepresence_master=${_telepresence_master#*://}
+  _telepresence_master=${_telepresence_master%%/*}
+  case " localhost [::1] $(hostname) $(hostname -I 2>/dev/null) " in
+    *" ${_telepresence_master%:*} "* | *" $_telepresence_master "*) ;;
+    *) case $_telepresence_master in
+      127.*) ;;
+      *) echo "The ROS master is at ${_telepresence_master%:*}, and nodes of this shell announce 127.0.0.1: topics are listed there, and no" \
+        "data comes. First load the firewall rules (docs/remote.md), then:  export ROS_IP=ADDRESS_OF_THIS_MACHINE" >&2 ;;
+      esac ;;
+  esac
+fi
 # File names and output with umlauts need UTF-8, and a locale such as C has none: Qt and tmux would write question marks.
 [ "$(locale charmap 2>/dev/null)" = UTF-8 ] || export LC_ALL=C.UTF-8
 # Python keeps back what it prints into a pipe or a file: whoever looks at `rosrun PACKAGE NODE | tee log` would see nothing
@@ -36,4 +49,4 @@ export MALLOC_MMAP_THRESHOLD_=67108864 MALLOC_TRIM_THRESHOLD_=16777216
 # Small logs: three files of 4 MB for each program, see telepresence/station/log_folder.py.
 export ROS_PYTHON_LOG_CONFIG_FILE="${ROS_PYTHON_LOG_CONFIG_FILE:-$_telepresence_root/telepresence/station/python_logging.conf}"
 
-unset _telepresence_root _telepresence_nounset
+unset _telepresence_root _telepresence_nounset _telepresence_master

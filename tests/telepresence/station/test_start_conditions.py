@@ -3,6 +3,7 @@
 import os
 import resource
 import shlex
+import socket
 import subprocess
 import sys
 import threading
@@ -103,6 +104,29 @@ def test_the_environment_has_umlauts_in_every_locale(request):
     environment = {**os.environ, "LC_ALL": "C"}
     answer = subprocess.run(words, cwd=request.config.rootpath, env=environment, capture_output=True, text=True)
     assert answer.stdout == "UTF-8\n", answer.stderr
+
+
+@pytest.mark.parametrize(
+    ("uri", "own", "warns"),
+    [
+        ("http://192.0.2.5:11311", {}, True),
+        ("http://robot.example:11311/", {}, True),
+        ("http://192.0.2.5:11311", {"ROS_IP": "192.0.2.7"}, False),
+        ("http://192.0.2.5:11311", {"ROS_HOSTNAME": "pilot.example"}, False),
+        (f"http://{socket.gethostname()}:11311", {}, False),
+        ("http://localhost:11311/", {}, False),
+        ("http://127.0.0.1:11312", {}, False),
+        ("http://[::1]:11311", {}, False),
+        ("", {}, False),
+    ],
+)
+def test_the_environment_says_that_a_master_elsewhere_gets_no_data(request, uri, own, warns):
+    shell = {name: value for name, value in os.environ.items() if name not in ("ROS_IP", "ROS_HOSTNAME")}
+    shell |= {"ROS_MASTER_URI": uri, **own}
+    words = ["bash", "-uc", ". ./env.sh; echo $ROS_IP"]
+    answer = subprocess.run(words, cwd=request.config.rootpath, env=shell, capture_output=True, text=True)
+    assert ("no data comes" in answer.stderr) is warns, answer.stderr
+    assert answer.stdout.strip() == own.get("ROS_IP", "" if own else "127.0.0.1"), "nothing listens elsewhere unasked"
 
 
 def test_the_environment_passes_on_what_a_program_prints_before_it_is_killed(request):
