@@ -33,7 +33,11 @@ def probe(graph, naoqi_session):
     probe = graph.probe()
     probe.watch("/joint_states", "sensor_msgs/JointState", ["name", "position", "velocity", "header.stamp"])
     probe.watch("/joint_stiffness", "sensor_msgs/JointState", ["name", "effort"])
-    probe.watch("/odom", "nav_msgs/Odometry", ["header.frame_id", "child_frame_id", "pose.pose.position.z"])
+    probe.watch(
+        "/odom",
+        "nav_msgs/Odometry",
+        ["header.frame_id", "child_frame_id", "pose.pose.position.z", "pose.covariance", "twist.covariance"],
+    )
     probe.watch(
         "/imu",
         "sensor_msgs/Imu",
@@ -85,9 +89,15 @@ def test_stiffness_of_an_awake_robot(probe):
 
 
 def test_odometry_places_the_torso(probe):
-    frame, child, z = probe.latest("/odom")
+    frame, child, z, *_ = probe.latest("/odom")
     assert (frame, child) == ("odom", "base_link")
     assert z == pytest.approx(0.82, abs=0.01)  # docs: torso origin 0.820 m above the floor
+
+
+def test_odometry_does_not_claim_to_be_exact(probe):
+    """Zeros would."""
+    for covariance in probe.latest("/odom")[3:]:
+        assert min(covariance[::7]) > 0.0, "the diagonal"
 
 
 def test_transform_leads_from_odom_to_the_torso(probe):

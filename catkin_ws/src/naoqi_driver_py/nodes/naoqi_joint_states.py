@@ -21,6 +21,7 @@ from naoqi_driver.naoqi_node import NaoqiNode
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
+from telepresence_ros.odometry_covariance import covariance
 from tf2_msgs.msg import TFMessage
 
 
@@ -134,6 +135,8 @@ class JointStates:
         message.header = transform.header
         message.child_frame_id = self._base_frame
         position = message.pose.pose.position
+        message.pose.covariance = covariance(whole=self._base_frame != "base_footprint")
+        message.twist.covariance = covariance()
         if self._base_frame == "base_footprint":
             position.x, position.y, theta = state.floor
             message.pose.pose.orientation = Quaternion(*quaternion(0.0, 0.0, theta))

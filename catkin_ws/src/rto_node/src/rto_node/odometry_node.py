@@ -21,17 +21,13 @@ from rto_msgs.srv import ResetOdometry, ResetOdometryResponse
 from std_msgs.msg import Empty
 from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
 from telepresence_ros.node import ROBOT_PATIENCE, Node
+from telepresence_ros.odometry_covariance import covariance
 from tf2_msgs.msg import TFMessage
 
 from rto_node.client import Odometry, RobotinoClient, RobotinoError
 from rto_node.link import Link, find_address
 from rto_node.odometry_frame import OdometryFrame, Pose
 from rto_node.reading_count import ReadingCount
-
-POSITION_VARIANCE, HEADING_VARIANCE = 1e-4, 1e-3
-"""Variance for a metre driven, roughly [m², rad²]; odometry drifts without bound, this only ranks it below a laser."""
-UNMEASURED = 1e6
-"""Variance of what a robot on wheels does not measure."""
 
 
 class OdometryNode:
@@ -100,9 +96,7 @@ class OdometryNode:
         message.pose.pose.orientation = orientation
         twist = message.twist.twist
         twist.linear.x, twist.linear.y, twist.angular.z = reading.vx, reading.vy, reading.omega
-        for matrix in (message.pose, message.twist):
-            variances = (POSITION_VARIANCE, POSITION_VARIANCE, *[UNMEASURED] * 3, HEADING_VARIANCE)
-            matrix.covariance = [variances[i] if i == j else 0.0 for i in range(6) for j in range(6)]
+        message.pose.covariance = message.twist.covariance = covariance()
         self._odom.publish(message)
         if self._tf is not None:
             transform = TransformStamped()
