@@ -77,8 +77,10 @@ class Rto(LaunchTest):
         self.until(lambda: self.state().startswith("stopped"), "the driver says so")
 
     def test_refuses_nonsense(self):
+        """On the topic of programs that know no gate, which the gate hears, too."""
+        self.probe.watch("/rto3/safety_state", "std_msgs/String", ["data"])
         self.pilot(".nan", topic="/rto3/cmd_vel")
-        self.until(lambda: "refused" in self.state(), "the driver refuses")
+        self.until(lambda: "not a number" in self.newest("/rto3/safety_state")[0], "the gate refuses")
         self.assertTrue(self.stands())
 
     def test_robot_that_goes_away_and_comes_back(self):
