@@ -56,7 +56,7 @@ def probe(graph, naoqi_session):
     )
     probe.watch("/bumper", "naoqi_bridge_msgs/Bumper", ["bumper", "state"])
     probe.watch("/rosout", "rosgraph_msgs/Log", ["msg"])
-    probe.watch("/battery", "sensor_msgs/BatteryState", ["percentage"])
+    probe.watch("/battery", "sensor_msgs/BatteryState", ["percentage", "temperature"])
     return probe
 
 
@@ -112,7 +112,9 @@ def test_imu_feels_gravity(probe):
 
 
 def test_battery_is_told(probe):
-    assert 0.0 < probe.latest("/battery")[0] <= 1.0
+    charge, temperature = probe.latest("/battery")
+    assert 0.0 < charge <= 1.0
+    assert math.isnan(temperature), "nothing is known about it, as sensor_msgs/BatteryState says"
 
 
 def test_robot_speaks_and_knows_its_language(probe):

@@ -101,6 +101,7 @@ class Condition:
             design_capacity=30.0,
             current=battery.current,
             voltage=math.nan,
+            temperature=math.nan,
             present=True,
             power_supply_technology=BatteryState.POWER_SUPPLY_TECHNOLOGY_LION,
         )
