@@ -123,3 +123,34 @@ def test_the_programs_on_a_robotino_are_looked_for_at_its_address(address):
     started = nodes_of(PACKAGES / "rto_bringup/launch/rto.launch", *settings)
     addresses = {words[word] for _, words in started.values() for word in ("server", "sender") if word in words}
     assert addresses == {"192.168.0.1:8082", "192.168.0.1:8083", "192.168.0.1:8084"}
+
+
+def remappings_of(launch_file: Path, *settings: str) -> dict[str, dict[str, str]]:
+    """What each node's names are replaced by, by the node's name."""
+    config = ROSLaunchConfig()
+    XmlLoader(resolve_anon=True).load(str(launch_file), config, argv=list(settings), verbose=False)
+    return {node.name: dict(node.remap_args) for node in config.nodes}
+
+
+AROUND = """<launch><remap from="/tf" to="/mine/tf" /><include file="{}" /></launch>"""
+
+
+@pytest.mark.parametrize(
+    ("file", "publishers"),
+    [
+        ("rto_bringup/launch/rto.launch", ("rto_odometry", "rto_publisher")),
+        ("rto_bringup/launch/rto_sim.launch", ("rto_odometry", "rto_publisher")),
+        ("pepper_bringup/launch/pepper_full.launch", ("naoqi_joint_states", "pepper_publisher")),
+        ("pepper_bringup/launch/tele_pepper.launch", ("naoqi_joint_states", "pepper_publisher")),
+        ("pepper_bringup/launch/tele_pepper_ros.launch", ("naoqi_joint_states", "pepper_publisher")),
+    ],
+)
+def test_two_robots_of_a_kind_can_have_transforms_of_their_own(tmp_path, file, publishers):
+    own = remappings_of(PACKAGES / file, "tf:=/r2/tf")
+    for node in publishers:
+        assert own[node] == {"/tf": "/r2/tf", "/tf_static": "/r2/tf_static"}, "all that speak of base_link"
+    usual = remappings_of(PACKAGES / file)
+    assert not any(usual[node] for node in publishers)
+    around = tmp_path / "lab.launch"
+    around.write_text(AROUND.format(PACKAGES / file))
+    assert all(remappings_of(around)[node] == {"/tf": "/mine/tf"} for node in publishers), "a lab's own remapping holds"
