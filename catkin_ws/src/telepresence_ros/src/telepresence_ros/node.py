@@ -17,6 +17,7 @@ from telepresence_ros.logs import close_log_folder, log_without_master, route_lo
 from telepresence_ros.master_watch import START_TIMEOUT, MasterWatch, wait_for_master
 from telepresence_ros.namesake import give_way, remember_to_give_way
 from telepresence_ros.prompt_sending import send_promptly
+from telepresence_ros.sim_time import warn_without_clock
 from telepresence_ros.single_connections import connect_once
 from telepresence_ros.sockets import narrow_sockets
 
@@ -66,6 +67,7 @@ class Node:
         route_logs_to_ros()
         self.stop = stop or threading.Event()
         """Set when the node ends."""
+        warn_without_clock(self.stop)
         self.master = MasterWatch(on_lost=on_master_lost).start()
         self._threads: list[threading.Thread] = []
         self._closers: list[Callable[[], None]] = []
