@@ -154,3 +154,20 @@ def test_two_robots_of_a_kind_can_have_transforms_of_their_own(tmp_path, file, p
     around = tmp_path / "lab.launch"
     around.write_text(AROUND.format(PACKAGES / file))
     assert all(remappings_of(around)[node] == {"/tf": "/mine/tf"} for node in publishers), "a lab's own remapping holds"
+
+
+def test_the_line_of_rto_core_starts_our_station_in_the_root_namespace():
+    config = ROSLaunchConfig()
+    settings = ["robot_ip:=1.2.3.4:80", "max_linear_velocity:=0.2", "robot:=rto-3"]
+    XmlLoader().load(str(PACKAGES / "rto_bringup/launch/robot.launch"), config, argv=settings, verbose=False)
+    assert {"/rto_core", "/rto_odometry", "/safe_omni_drive"} <= {node.namespace + node.name for node in config.nodes}
+    assert {node.namespace for node in config.nodes} == {"/"}
+    limits = [config.params[f"/rto_core/max_{kind}_vel"].value for kind in ("linear", "angular")]
+    assert limits == [0.2, 0.6]
+    assert [node.args for node in config.nodes if node.name == "rto_core"] == ["--hostname 1.2.3.4:80"]
+
+
+@pytest.mark.parametrize(("namespace", "topic"), [("/", "/safe_cmd_vel"), ("rto3", "rto3/safe_cmd_vel")])
+def test_a_simulated_robotino_takes_velocities_in_its_namespace(namespace, topic):
+    wired = nodes_of(PACKAGES / "rto_bringup/launch/rto_sim.launch", f"namespace:={namespace}")["robot_control_node"][1]
+    assert wired["cmd_vel"] == topic

@@ -1,6 +1,6 @@
-"""The command lines of docs/guides.md, typed into a terminal as a reader of a guide types them.
+"""The command lines of docs/guides.md and docs/origins.md, typed into a terminal as their readers type them.
 
-A table of that page has three columns: the folder to be in, the line, and what it prints. Texts in the last column
+A table of these pages has three columns: the folder to be in, the line, and what it prints. Texts in the last column
 stand in the order in which they come; `…` stands for anything within a line. Words in capitals with an underscore are
 the reader's to fill in.
 """
@@ -39,10 +39,10 @@ class GuideLine(NamedTuple):
     prints: tuple[str, ...]
 
 
-def tables() -> dict[str, list[GuideLine]]:
-    """Return the tables of lines by the heading above them."""
+def tables(page: Path = PAGE, part: str = "## Every line, typed") -> dict[str, list[GuideLine]]:
+    """Return the tables of lines in this part of a page by the heading above them."""
     found: dict[str, list[GuideLine]] = {}
-    typed = PAGE.read_text().partition("## Every line, typed")[2]
+    typed = page.read_text().partition(part)[2].partition("\n## ")[0]
     for section in re.split(r"^### ", typed, flags=re.MULTILINE)[1:]:
         heading, _, text = section.partition("\n")
         rows = [re.split(r"(?<!\\)\|", row.strip().strip("|")) for row in text.splitlines() if row.startswith("| `")]
