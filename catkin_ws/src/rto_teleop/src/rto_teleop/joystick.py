@@ -18,6 +18,7 @@ from __future__ import annotations
 import dataclasses
 import threading
 import time
+from collections.abc import Callable, Mapping
 
 import rospy
 from sensor_msgs.msg import Joy
@@ -25,7 +26,7 @@ from telepresence_ros.node import Node
 
 from rto_teleop.drive_topic import DriveTopic
 from telepresence.teleop.joystick import Joystick
-from telepresence.teleop.joystick_layouts import DEFAULT, layout_of
+from telepresence.teleop.joystick_layouts import XBOX, JoystickLayout, layout_of
 from telepresence.teleop.joystick_mapping import JoystickMapping, Layout
 
 PERIOD = 0.05
@@ -35,20 +36,34 @@ NO_DEVICE = ("none", "")
 """Roslaunch and rosrun drop an argument without a value, so that only a launch file can give an empty one."""
 LOOK_PERIOD = 1.0
 """Seconds between two attempts to open a gamepad that is not there."""
+PARAMETERS = {field.name: field.name for field in dataclasses.fields(Layout)}
+"""Private parameter -> what it sets in a `Layout`."""
 
 
 class JoystickNode:
-    """Reads a gamepad, or the topic joy, and publishes what it asks for."""
+    """Reads a gamepad, or the topic joy, and publishes what it asks for.
 
-    def __init__(self) -> None:
+    Args:
+        name: The node's, and its program's.
+        parameters: As `PARAMETERS`.
+        layout: What a pad's axes and buttons do where no parameter says something else.
+    """
+
+    def __init__(
+        self,
+        name: str = "rto_teleop_joystick",
+        parameters: Mapping[str, str] = PARAMETERS,
+        layout: Callable[[JoystickLayout], Layout] = JoystickLayout.driving,
+    ) -> None:
         self._lock = threading.Lock()  # protects the mapping
-        self._mapping = JoystickMapping(DEFAULT)
-        self._node = Node("rto_teleop_joystick", on_master_lost=self._lose)
-        names = [field.name for field in dataclasses.fields(Layout)]
-        self._settings = {name: rospy.get_param(f"~{name}") for name in names if rospy.has_param(f"~{name}")}
-        self._take(DEFAULT)
+        self._layout = layout
+        self._mapping = JoystickMapping(layout(XBOX))
+        self._node = Node(name, on_master_lost=self._lose)
+        given = {key: field for key, field in parameters.items() if rospy.has_param(f"~{key}")}
+        self._settings = {field: rospy.get_param(f"~{key}") for key, field in given.items()}
+        self._take(XBOX)
         self._device = str(rospy.get_param("~device", "/dev/input/js0"))
-        self._topic = DriveTopic("cmd_vel", "rto_teleop rto_teleop_joystick", lambda text: rospy.loginfo("%s", text))
+        self._topic = DriveTopic("cmd_vel", f"rto_teleop {name}", lambda text: rospy.loginfo("%s", text))
 
     def run(self) -> int:
         """Run until the node is shut down; return the exit code."""
@@ -75,10 +90,12 @@ class JoystickNode:
             if any(velocity) and self._topic.problem:
                 rospy.logwarn_throttle(REMINDER, "%s", self._topic.problem)
 
-    def _take(self, layout: Layout) -> None:
-        """Map the pad's axes and buttons as `layout` and the parameters say."""
+    def _take(self, pad: JoystickLayout) -> str:
+        """Map the axes and buttons of this pad; return the name of the button that lets it drive."""
+        layout = dataclasses.replace(self._layout(pad), **self._settings)
         with self._lock:
-            self._mapping = JoystickMapping(dataclasses.replace(layout, **self._settings))
+            self._mapping = JoystickMapping(layout)
+        return {pad.LB: "LB", pad.RB: "RB"}.get(layout.button_drive, f"button {layout.button_drive}")
 
     def _lose(self) -> None:
         with self._lock:
@@ -100,8 +117,8 @@ class JoystickNode:
                 self._node.stop.wait(LOOK_PERIOD)
                 continue
             missing = False
-            self._take(layout_of(pad.axis_codes, pad.button_codes).driving())
-            rospy.loginfo("gamepad at %s: hold the drive button and move the sticks", self._device)
+            button = self._take(layout_of(pad.axis_codes, pad.button_codes))
+            rospy.loginfo("gamepad at %s: hold %s and move the sticks", self._device, button)
             try:
                 while not self._node.stop.is_set():
                     pad.wait(PERIOD)
