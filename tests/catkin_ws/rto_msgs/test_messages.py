@@ -12,6 +12,18 @@ FIELDS = {
     "msg.EncoderReadings": "stamp time, velocity uint32, position uint32, current uint32",
     "msg.PowerReadings": "stamp time, current float32, voltage float32",
     "msg.GripperState": "stamp time, state bool",
+    "msg.BHAReadings": "stamp time, pressures float32[], cablepull float32[]",
+    "msg.SetBHAPressures": "pressures float32[]",
+    "msg.GrapplerReadings": (
+        "stamp time, seq uint32, numServos uint32, torqueEnabled bool, angles float32[], velocities float32[], "
+        "errors uint32[], channels uint32[], ids uint32[], cwAxesLimits float32[], ccwAxesLimits float32[]"
+    ),
+    "msg.SetGrapplerAxes": "stamp time, angles float32[], velocities float32[]",
+    "msg.SetGrapplerAxis": "stamp time, axis uint32, angle float32, velocity float32",
+    "msg.NorthStarReadings": (
+        "stamp time, seq uint32, roomId uint32, numSpotsVisible uint32, pose geometry_msgs/Pose, magSpot0 uint32, "
+        "magSpot1 uint32"
+    ),
     "srv.ResetOdometryRequest": "x float32, y float32, phi float32",
     "srv.SetEncoderPositionRequest": "position uint32, velocity uint32",
     "srv.SetGripperStateRequest": "state bool",

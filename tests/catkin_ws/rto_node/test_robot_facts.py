@@ -71,3 +71,17 @@ def test_the_urdf_has_the_same_ring_wheels_and_laser():
     assert len(ahead) == 1, "the sensor that looks ahead"
     for joint in robot_facts.WHEEL_JOINTS:
         assert math.hypot(*places[joint][:2]) == pytest.approx(robot_facts.CENTRE_TO_WHEEL, abs=1e-3)
+
+
+@pytest.mark.parametrize("velocity", [(0.3, 0.0, 0.0), (0.1, -0.2, 0.5)])
+def test_motors_turn_as_the_robots_own_equations_say(velocity):
+    assert robot_facts.motor_speeds(robot_facts.wheel_speeds(*velocity)) == pytest.approx(motor_speeds(*velocity))
+
+
+def test_the_clearing_circle_goes_all_the_way_round():
+    points = robot_facts.clearing_circle()
+    angles = sorted(math.atan2(y, x) for x, y, _ in points)
+    gaps = [after - before for before, after in zip(angles, [*angles[1:], angles[0] + math.tau], strict=True)]
+    assert gaps == pytest.approx([math.radians(0.5)] * 720)
+    assert [math.hypot(x, y) for x, y, _ in points] == pytest.approx([5.0] * 720)
+    assert {z for _, _, z in points} == {0.05}

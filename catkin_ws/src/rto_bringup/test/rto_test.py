@@ -20,6 +20,9 @@ TOPICS = {
     "/rto3/power_readings": "rto_msgs/PowerReadings",
     "/rto3/analog_readings": "rto_msgs/AnalogReadings",
     "/rto3/digital_readings": "rto_msgs/DigitalReadings",
+    "/rto3/motor_readings": "rto_msgs/MotorReadings",
+    "/rto3/rto_joint_states": "sensor_msgs/JointState",
+    "/rto3/distance_sensors_clearing": "sensor_msgs/PointCloud",
     "/rto3/image_raw": "sensor_msgs/Image",
     "/rto3/camera_info": "sensor_msgs/CameraInfo",
     "/rto3/drive_state": "std_msgs/String",
@@ -67,6 +70,27 @@ class Rto(LaunchTest):
         self.assertEqual(self.latest("/rto3/image_raw"), [320, "bgr8", "camera_optical_frame"])
         self.assertEqual(self.newest("/rto3/odom")[3:], ["odom", "base_link"])
         self.until(lambda: probe.transform("odom", "infrared0_link"), "the body hangs on odom")
+
+    def test_programs_for_rto_core_get_what_they_subscribe_to(self):
+        probe = self.probe
+        joints, motors = "/rto3/rto_joint_states", "/rto3/motor_readings"
+        probe.watch(joints, "sensor_msgs/JointState", ["name", "velocity", "header.stamp"])
+        probe.watch(motors, "rto_msgs/MotorReadings", ["velocities", "stamp"])
+        probe.watch("/rto3/distance_sensors_clearing", "sensor_msgs/PointCloud", ["len(points)", "header.frame_id"])
+        self.assertEqual(self.latest(joints)[0], ["wheel2_joint", "wheel0_joint", "wheel1_joint"])
+        self.assertEqual(self.latest("/rto3/distance_sensors_clearing"), [720, "base_link"])
+        pilot = self.pilot(0.2)
+
+        def together():
+            """Motors that turn [rpm], and the wheels [rad/s] of the same moment, in the order of their names above."""
+            wheels = {stamp: velocity for _, (_, velocity, stamp) in probe.seen(joints)}
+            readings = [(rpm, wheels[stamp]) for _, (rpm, stamp) in probe.seen(motors) if stamp in wheels]
+            return [(rpm, speeds) for rpm, speeds in readings if rpm[2] > 500.0]
+
+        rpm, speeds = self.until(together, "a front wheel's motor turns")[0]
+        for motor, speed in zip((rpm[2], rpm[0], rpm[1]), speeds, strict=True):
+            self.assertAlmostEqual(motor, speed * 32 * 60 / math.tau, delta=0.1)
+        pilot.kill()
 
     def test_drives_through_the_safety_gate_and_stops_when_commands_cease(self):
         pilot = self.pilot(0.2)

@@ -11,7 +11,8 @@ Publishes:  20 Hz: distance_sensors (sensor_msgs/PointCloud: the guide's points,
             (std_msgs/Bool), joint_states (the wheels);
             4 Hz: analog_readings, digital_readings, digital_outputs; 1 Hz: power_readings, battery
             (sensor_msgs/BatteryState); drive_state (std_msgs/String, latched): "driving", "stopped: <why>",
-            "robot unreachable: <why>", "driven on the robot" (without ~drive); /diagnostics.
+            "robot unreachable: <why>", "driven on the robot" (without ~drive); /diagnostics; and what
+            `rto_node.rto_core_topics` says.
 Parameters: ~hostname, ~max_linear_vel (0.5), ~max_angular_vel (1.0), ~min_linear_vel (0), ~min_angular_vel (0) [m/s,
             rad/s]: see `SpeedLimits`; ~rate (20) [Hz] of the sensors; ~drive (true): false leaves the wheels to the
             drive server on the robot, and cmd_vel to rto_drive_link; ~gated (false): obey nobody but a safety gate on
@@ -41,6 +42,7 @@ from rto_node.client import Odometry, Power, RobotinoClient
 from rto_node.command_sender import CommandSender
 from rto_node.command_watchdog import CommandWatchdog, SpeedLimits
 from rto_node.link import Link, find_address
+from rto_node.rto_core_topics import RtoCoreTopics
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
 from telepresence.station import heartbeat
@@ -103,6 +105,7 @@ class Driver:
                 ("battery", BatteryState),
             )
         }
+        self._rto_core = RtoCoreTopics()
         self._drives = bool(rospy.get_param("~drive", True))
         self._hold = ""
         if self._drives:
@@ -222,6 +225,7 @@ class Driver:
         scan.range_max = robot_facts.RING_RADIUS + robot_facts.NOTHING
         scan.ranges = robot_facts.ring_scan(distances)
         self._publishers["distance_sensors_scan"].publish(scan)
+        self._rto_core.publish_clearing(stamp)
 
     def _publish_wheels(self, reading: Odometry) -> None:
         """Publish speed and angle of the wheels. The robot reports how fast it goes, not how far its wheels have
@@ -236,6 +240,7 @@ class Driver:
         message.name = list(robot_facts.WHEEL_JOINTS)
         message.position, message.velocity = list(self._wheels), list(speeds)
         self._publishers["joint_states"].publish(message)
+        self._rto_core.publish_wheels(message)
 
     def _publish_power(self, power: Power) -> None:
         self._battery_low = f"battery low: {power.voltage:.1f} V" if power.low else ""

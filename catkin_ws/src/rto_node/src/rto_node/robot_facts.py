@@ -4,7 +4,7 @@ The gate's profile in `telepresence.safety` and the URDF hold the same figures f
 
 Sources: the points of distance_sensors, rto_node (dietriro/rto_core, Rahul-K-A/robotino-ros2): 0.2 m around the middle,
 0.698 rad apart. The real ring: vendor's api2, 40 degrees apart, counter-clockwise; Webots' Robotino3 model, radius
-0.2264 m. Wheels: vendor's controld3.conf and DriveSystem.cpp.
+0.2264 m. Wheels and gear: vendor's controld3.conf and DriveSystem.cpp.
 """
 
 from __future__ import annotations
@@ -29,8 +29,14 @@ LASER_MOUNT = 0.08
 
 WHEEL_RADIUS, CENTRE_TO_WHEEL = 0.060, 0.175
 """[m]"""
+GEAR = 32.0
+"""Turns of a motor for one of its wheel."""
 WHEEL_JOINTS = ("wheel0_joint", "wheel1_joint", "wheel2_joint")
 """Joints of the wheels at 60, 180 and 300 degrees."""
+
+
+CLEARING_POINTS, CLEARING_RADIUS = 720, 5.0
+"""Of `clearing_circle`: one point every half degree, [m]; rto_node of dietriro/rto_core."""
 
 
 def guide_points(distances: Sequence[float]) -> list[tuple[float, float, float]]:
@@ -77,3 +83,14 @@ def wheel_speeds(vx: float, vy: float, wz: float) -> tuple[float, float, float]:
         (-aside + turn) / WHEEL_RADIUS,
         (forward + 0.5 * aside + turn) / WHEEL_RADIUS,
     )
+
+
+def motor_speeds(wheels: Sequence[float]) -> list[float]:
+    """How fast the motors turn [rpm] for wheels that turn so fast [rad/s]."""
+    return [speed * GEAR * 60.0 / math.tau for speed in wheels]
+
+
+def clearing_circle() -> list[tuple[float, float, float]]:
+    """Points around the robot, in base_link [m], as far as a costmap is to forget obstacles."""
+    angles = (math.tau * i / CLEARING_POINTS for i in range(CLEARING_POINTS))
+    return [(CLEARING_RADIUS * math.cos(angle), CLEARING_RADIUS * math.sin(angle), GUIDE_HEIGHT) for angle in angles]
