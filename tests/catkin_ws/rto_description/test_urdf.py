@@ -3,6 +3,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+from telepresence_ros.robot_state import read_joints
 
 URDF = Path(__file__).resolve().parents[3] / "catkin_ws/src/rto_description/urdf/robotino.urdf"
 
@@ -15,7 +16,8 @@ def robot():
 def joint(robot, name):
     found = robot.find(f"joint[@name='{name}']")
     origin = found.find("origin")
-    return [[float(v) for v in origin.get(part, "0 0 0").split()] for part in ("xyz", "rpy")]
+    texts = ["0 0 0" if origin is None else origin.get(part, "0 0 0") for part in ("xyz", "rpy")]
+    return [[float(value) for value in text.split()] for text in texts]
 
 
 def test_is_one_tree(robot):
@@ -46,3 +48,34 @@ def test_wheels_stand_where_the_controller_says(robot, i, degrees):
 def test_camera_looks_ahead(robot):
     assert joint(robot, "camera_joint")[0] == [0.11, 0.0, 0.303]
     assert joint(robot, "camera_optical_joint")[1] == pytest.approx([-math.pi / 2, 0, -math.pi / 2], abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("other", "ours"),
+    [
+        ("hokuyo_link", "laser_link"),
+        ("laser", "laser_link"),
+        ("camera_rgb_frame", "camera_link"),
+        ("camera_rgb_optical_frame", "camera_optical_frame"),
+    ],
+)
+def test_the_frames_of_rto_core_are_where_ours_are(robot, other, ours):
+    assert {other, ours} <= {joint.child for joint in read_joints(URDF.read_text())}
+    assert from_base(robot, other) == from_base(robot, ours)
+
+
+@pytest.mark.parametrize("name", ["rto-1", "rto-2", "rto-3"])
+def test_the_robots_of_rto_core_have_a_body(name):
+    """Launch files read it by textfile=."""
+    assert (URDF.parent / "robots" / f"{name}.urdf").read_text() == URDF.read_text()
+
+
+def from_base(robot, link):
+    """The shifts and turns that are not zero on the way from base_link."""
+    parents = {j.find("child").get("link"): j for j in robot.findall("joint")}
+    way = []
+    while link in parents:
+        step = joint(robot, parents[link].get("name"))
+        way = [step, *way] if any(map(any, step)) else way
+        link = parents[link].find("parent").get("link")
+    return way
