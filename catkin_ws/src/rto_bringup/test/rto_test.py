@@ -5,8 +5,10 @@ import math
 import os
 import signal
 import subprocess
+from pathlib import Path
 
 import rostest
+import yaml
 from telepresence_ros.launch_test import LaunchTest
 
 STANDING = 0.005
@@ -28,6 +30,15 @@ TOPICS = {
     "/rto3/drive_state": "std_msgs/String",
     "/rto3/safety_state": "std_msgs/String",
 }
+RVIZ = Path(__file__).resolve().parents[1] / "config" / "rto.rviz"
+SHOWN = {
+    "rviz/Odometry": "nav_msgs/Odometry",
+    "rviz/MarkerArray": "visualization_msgs/MarkerArray",
+    "rviz/LaserScan": "sensor_msgs/LaserScan",
+    "rviz/PointCloud": "sensor_msgs/PointCloud",
+    "rviz/Image": "sensor_msgs/Image",
+}
+"""What RViz's displays subscribe to."""
 
 
 class Rto(LaunchTest):
@@ -53,6 +64,20 @@ class Rto(LaunchTest):
 
     def test_everything_is_published_under_the_guides_names(self):
         self.expect_topics(TOPICS)
+
+    def test_what_rviz_is_to_show_is_published(self):
+        displays = yaml.safe_load(RVIZ.read_text())["Visualization Manager"]["Displays"]
+        topics = {
+            f"/rto3/{topic}": SHOWN[display["Class"]]
+            for display in displays
+            for key, topic in display.items()
+            if key.endswith("Topic")
+        }
+        self.assertEqual(
+            {display["Class"] for display in displays} - {"rviz/Grid", "rviz/TF", "rviz/RobotModel"}, {*SHOWN}
+        )
+        self.assertEqual(topics.pop("/rto3/scan"), "sensor_msgs/LaserScan")  # this robot carries no laser
+        self.expect_topics(topics)
 
     def test_readings_have_the_guides_and_the_true_geometry(self):
         probe = self.probe
