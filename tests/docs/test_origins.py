@@ -15,5 +15,5 @@ LINES = tables(PAGE, "## Lines of the public drivers")["What a lab types, and th
 @pytest.mark.parametrize("line", LINES, ids=lambda line: line.line)
 def test_a_line_of_a_public_driver_starts_what_the_page_says(line: GuideLine):
     environment = {name: value for name, value in os.environ.items() if name not in ("ROBOT", "ROBOT_ENV", "NAO_IP")}
-    with typed(line, environment, "--nodes", ROBOT_IP="127.0.0.1"):
+    with typed(line, environment, "--nodes", ROBOT_IP="127.0.0.1", MY_IP="127.0.0.1"):
         pass

@@ -40,6 +40,7 @@ class Memory:
             f"{DEVICE}/HeadYaw/Hardness/Actuator/Value": 1.0,
             f"{DEVICE}/WheelB/Speed/Sensor/Value": 2.0,
             f"{DEVICE}/InertialSensor/AccelerometerZ/Sensor/Value": 9.81,
+            f"{DEVICE}/InertialSensorBase/AccelerometerZ/Sensor/Value": 9.79,
         }
         self.calls = 0
 
@@ -72,7 +73,7 @@ def test_one_call_of_the_memory_reads_every_key(link, memory):
     assert state.velocities[0] == 0.3
     assert state.stiffness[0] == 1.0
     assert state.wheel_speeds[WHEELS.index("WheelB")] == 2.0
-    assert state.imu.acceleration[2] == 9.81
+    assert (state.imu.acceleration[2], state.imu_base.acceleration[2]) == (9.81, 9.79)
     assert state.torso.z == 0.82
     assert state.floor == (1.0, 2.0, 0.5)
     assert state.velocity == (0.2, 0.0, -0.1)

@@ -13,6 +13,8 @@ import qi
 pytestmark = pytest.mark.ros
 
 PROGRAMS = Path(__file__).parent / "programs"
+IMUS = {"/imu": "base_link", "/imu/torso": "base_link", "/imu/base": "base_footprint"}
+"""Topic -> frame."""
 
 
 @pytest.fixture(scope="module")
@@ -38,17 +40,10 @@ def probe(graph, naoqi_session):
         "nav_msgs/Odometry",
         ["header.frame_id", "child_frame_id", "pose.pose.position.z", "pose.covariance", "twist.covariance"],
     )
-    probe.watch(
-        "/imu",
-        "sensor_msgs/Imu",
-        [
-            "header.frame_id",
-            "linear_acceleration.x",
-            "linear_acceleration.y",
-            "linear_acceleration.z",
-            "orientation_covariance.0",
-        ],
-    )
+    accelerations = [f"linear_acceleration.{axis}" for axis in "xyz"]
+    for topic in IMUS:
+        probe.watch(topic, "sensor_msgs/Imu", ["header.frame_id", *accelerations, "orientation_covariance.0"])
+    probe.watch("/info", "naoqi_bridge_msgs/StringStamped", ["data"])
     probe.watch(
         "/tf",
         "tf2_msgs/TFMessage",
@@ -104,11 +99,16 @@ def test_transform_leads_from_odom_to_the_torso(probe):
     assert probe.latest("/tf") == ["odom", "base_link", pytest.approx(0.82, abs=0.01)]
 
 
-def test_imu_feels_gravity(probe):
-    frame, x, y, z, known = probe.latest("/imu")
-    assert frame == "base_link"
+@pytest.mark.parametrize("topic", IMUS)
+def test_imu_feels_gravity(probe, topic):
+    frame, x, y, z, known = probe.latest(topic)
+    assert frame == IMUS[topic]
     assert math.sqrt(x * x + y * y + z * z) == pytest.approx(9.81, abs=0.5)
     assert known == 0.0
+
+
+def test_the_robot_says_what_it_is(probe):
+    assert " ; RobotConfig/Body/Type: Juliette ; " in probe.newest("/info")[0]
 
 
 def test_battery_is_told(probe):

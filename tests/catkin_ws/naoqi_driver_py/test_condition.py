@@ -4,8 +4,10 @@ import math
 
 from naoqi_driver.condition import (
     BATTERY_KEYS,
+    INFO_KEYS,
     SWITCHES,
     read_battery,
+    read_info,
     read_switches,
     read_temperatures,
     temperature_keys,
@@ -38,3 +40,10 @@ def test_hot_joints_are_named():
     temperatures = read_temperatures(joints, [38.0, 0, 78.0, 2, None, None])
     assert temperatures.celsius == {"HeadYaw": 38.0, "KneePitch": 78.0}
     assert temperatures.hot == ["KneePitch"]
+
+
+def test_what_the_robot_is_leaves_out_what_it_does_not_know():
+    values = ["AP99\x1b[2J", None, "Juliette", *[None] * (len(INFO_KEYS) - 3)]
+    told = read_info(values)
+    assert told.startswith("RobotConfig/Head/FullHeadId: AP99") and told.isprintable()
+    assert told.endswith(" ; RobotConfig/Body/Type: Juliette")

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Bumpers, touch, battery and temperatures.
+"""Bumpers, touch, battery and temperatures, and which robot it is.
 
 Publishes:  bumper (naoqi_bridge_msgs/Bumper), head_touch (HeadTouch), hand_touch (HandTouch), each when it changes;
-            battery (sensor_msgs/BatteryState) once a second; /diagnostics: battery and joint temperatures.
+            battery (sensor_msgs/BatteryState) once a second; info (naoqi_bridge_msgs/StringStamped, latched: serial
+            numbers and versions, anew with each connection); /diagnostics: battery and joint temperatures.
 Parameters: ~rate (10) [Hz] of looking at bumpers and touch.
 """
 
@@ -11,14 +12,16 @@ import sys
 from typing import Any
 
 import rospy
-from naoqi_bridge_msgs.msg import Bumper, HandTouch, HeadTouch
+from naoqi_bridge_msgs.msg import Bumper, HandTouch, HeadTouch, StringStamped
 from naoqi_driver.body import MOST_JOINTS
 from naoqi_driver.condition import (
     BATTERY_KEYS,
+    INFO_KEYS,
     SWITCHES,
     Battery,
     Temperatures,
     read_battery,
+    read_info,
     read_switches,
     read_temperatures,
     temperature_keys,
@@ -56,6 +59,8 @@ class Condition:
             "hand_touch": rospy.Publisher("hand_touch", HandTouch, queue_size=10),
         }
         self._battery = rospy.Publisher("battery", BatteryState, queue_size=1, latch=True)
+        self._info = rospy.Publisher("info", StringStamped, queue_size=1, latch=True)
+        self._informed = 0  # at which of the link's connections
         address = str(self._node.connection.address)
         self._diagnostics = {part: Diagnostics(part, address) for part in ("battery", "joint temperatures")}
         self._pressed = dict.fromkeys(SWITCHES, False)
@@ -71,6 +76,7 @@ class Condition:
                 self._publish_switches(read_switches(self._get(list(SWITCHES.values()))))
                 if now >= slow_due:
                     slow_due = now + SLOW_PERIOD
+                    self._publish_info()
                     self._joints = self._joints or self._read_joints()
                     self._publish_battery(read_battery(self._get(list(BATTERY_KEYS))), now)
                     temperatures = self._get(temperature_keys(self._joints))
@@ -92,6 +98,15 @@ class Condition:
                 topic, message = MESSAGES[name]
                 message.state = message.statePressed if now_pressed else message.stateReleased
                 self._publishers[topic].publish(message)
+
+    def _publish_info(self) -> None:
+        connections = self._node.connection.connections
+        if self._informed == connections:
+            return
+        message = StringStamped(data=read_info(self._get(list(INFO_KEYS))))
+        message.header.stamp = rospy.Time.now()
+        self._info.publish(message)
+        self._informed = connections
 
     def _publish_battery(self, battery: Battery, now: float) -> None:
         message = BatteryState(

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Where the robot is and how it holds its joints, 25 times a second.
 
-Publishes:  odom (nav_msgs/Odometry), imu (sensor_msgs/Imu, of the torso), joint_states, joint_stiffness
-            (sensor_msgs/JointState; the stiffness, 0 to 1, stands in the field effort), /tf odom -> base_link,
-            /diagnostics.
+Publishes:  odom (nav_msgs/Odometry), imu and imu/torso (sensor_msgs/Imu, of the torso), imu/base (of the base),
+            joint_states, joint_stiffness (sensor_msgs/JointState; the stiffness, 0 to 1, stands in the field effort),
+            /tf odom -> base_link, /diagnostics.
 Parameters: ~sensor_rate (25) [Hz], ~odom_frame_id (odom), ~use_odometry (true), ~use_joint_sensors (true),
             ~base_frame_id (base_link, which is the torso: six degrees of freedom. With base_footprint the topic odom
             gives the place on the floor, as REP 105 has it; the transform stays odom -> base_link, the root of the
@@ -15,6 +15,7 @@ import sys
 
 import rospy
 from geometry_msgs.msg import Quaternion, TransformStamped
+from naoqi_driver import body
 from naoqi_driver.body import WHEELS, BodyReader, BodyState, all_finite, quaternion
 from naoqi_driver.connection import CallRefused, RobotUnreachable
 from naoqi_driver.naoqi_node import NaoqiNode
@@ -37,7 +38,7 @@ class JointStates:
         self._links = 0
         self._readings = 0
         self._odom = rospy.Publisher("odom", Odometry, queue_size=1)
-        self._imu = rospy.Publisher("imu", Imu, queue_size=1)
+        self._imus = {name: rospy.Publisher(name, Imu, queue_size=1) for name in ("imu", "imu/torso", "imu/base")}
         self._joints = rospy.Publisher("joint_states", JointState, queue_size=1)
         self._stiffness = rospy.Publisher("joint_stiffness", JointState, queue_size=1)
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10)
@@ -72,7 +73,10 @@ class JointStates:
 
     def _publish(self, state: BodyState, stamp: rospy.Time, elapsed: float) -> None:
         self._publish_joints(state, stamp, elapsed)
-        self._publish_imu(state, stamp)
+        torso = imu_message(state.imu, "base_link", stamp)
+        self._imus["imu"].publish(torso)
+        self._imus["imu/torso"].publish(torso)
+        self._imus["imu/base"].publish(imu_message(state.imu_base, "base_footprint", stamp))
         if self._use_odometry and all_finite(state.torso):
             self._publish_odometry(state, stamp)
 
@@ -98,27 +102,6 @@ class JointStates:
         stiffness.name = list(self._reader.joints)
         stiffness.effort = state.stiffness
         self._stiffness.publish(stiffness)
-
-    def _publish_imu(self, state: BodyState, stamp: rospy.Time) -> None:
-        message = Imu()
-        message.header.stamp = stamp
-        message.header.frame_id = "base_link"
-        # sensor_msgs/Imu: -1 in the first element of a covariance says that there is no such measurement.
-        if all_finite(state.imu.angles):
-            message.orientation = Quaternion(*quaternion(*state.imu.angles))
-        else:
-            message.orientation_covariance[0] = -1
-        if all_finite(state.imu.gyro):
-            rate = message.angular_velocity
-            rate.x, rate.y, rate.z = state.imu.gyro
-        else:
-            message.angular_velocity_covariance[0] = -1
-        if all_finite(state.imu.acceleration):
-            acceleration = message.linear_acceleration
-            acceleration.x, acceleration.y, acceleration.z = state.imu.acceleration
-        else:
-            message.linear_acceleration_covariance[0] = -1
-        self._imu.publish(message)
 
     def _publish_odometry(self, state: BodyState, stamp: rospy.Time) -> None:
         torso = state.torso
@@ -146,6 +129,28 @@ class JointStates:
         twist = message.twist.twist
         twist.linear.x, twist.linear.y, twist.angular.z = state.velocity
         self._odom.publish(message)
+
+
+def imu_message(imu: body.Imu, frame: str, stamp: rospy.Time) -> Imu:
+    """Return what an inertial sensor says in its frame."""
+    message = Imu()
+    message.header.stamp, message.header.frame_id = stamp, frame
+    # sensor_msgs/Imu: -1 in the first element of a covariance says that there is no such measurement.
+    if all_finite(imu.angles):
+        message.orientation = Quaternion(*quaternion(*imu.angles))
+    else:
+        message.orientation_covariance[0] = -1
+    if all_finite(imu.gyro):
+        rate = message.angular_velocity
+        rate.x, rate.y, rate.z = imu.gyro
+    else:
+        message.angular_velocity_covariance[0] = -1
+    if all_finite(imu.acceleration):
+        acceleration = message.linear_acceleration
+        acceleration.x, acceleration.y, acceleration.z = imu.acceleration
+    else:
+        message.linear_acceleration_covariance[0] = -1
+    return message
 
 
 if __name__ == "__main__":

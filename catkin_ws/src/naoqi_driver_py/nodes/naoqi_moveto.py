@@ -3,7 +3,8 @@
 
 Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_footprint; newest only),
             move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link; one with a stamp is
-            refused when it is old); the topics of `naoqi_driver.head_topics`, by which a pilot turns the head.
+            refused when it is old); the topics of `naoqi_driver.head_topics`, by which a pilot turns the head;
+            joint_angles (naoqi_bridge_msgs/JointAnglesWithSpeed), for pose_controller.
 Publishes:  drive_state (std_msgs/String, latched): "driving", "stopped: <why>", "robot unreachable: <why>";
             /diagnostics; with safety what `telepresence_ros.safety_topics` lists: safety, safety_state, safety_markers.
 Services:   with safety stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger);
@@ -62,8 +63,8 @@ LOOK_PERIOD = 0.5
 KEEP_PERIOD = 0.5
 """Seconds after which what was set is kept for the driver that follows when this one dies; a bump is kept at once."""
 OFFER_AFTER = 3.0
-"""Seconds after the start at which the security distances are offered: their messages take a quarter of the processor
-time of a start, and on a busy machine the robot would wait for them."""
+"""Seconds after the start at which the security distances are offered and joint_angles are listened to: their messages
+take a quarter of the processor time of a start, and on a busy machine the robot would wait for them."""
 GOAL_MAX_AGE = 1.0
 """Seconds after which a goal is refused that says when it was given: who waits longer has given it up."""
 LOOK = 0.15
@@ -227,6 +228,7 @@ class MoveTo:
             if not offered and now >= begun + OFFER_AFTER:
                 offered = True
                 self._offer_distances()
+                self._relay_joint_angles()
 
     def _keep(self) -> None:
         self._kept.keep(self._what_is_kept)
@@ -234,6 +236,11 @@ class MoveTo:
     def _what_is_kept(self) -> dict[str, bool | str]:
         latched = self._gated.latched if self._gated is not None else Latched()
         return {"rests": self._base.awake is False, **latched._asdict()}
+
+    def _relay_joint_angles(self) -> None:
+        from naoqi_driver.joint_angles import relay_joint_angles  # late, see `OFFER_AFTER`
+
+        relay_joint_angles()
 
     def _offer_distances(self) -> None:
         # Imported late, see `OFFER_AFTER`: with it come all messages of the package.

@@ -28,6 +28,9 @@ TOPICS = {
     "/pepper_robot/camera/front/camera_info": "sensor_msgs/CameraInfo",
     "/pepper_robot/camera/bottom/image_raw": "sensor_msgs/Image",
     "/pepper_robot/camera/depth/image_raw": "sensor_msgs/Image",
+    "/pepper_robot/imu/torso": "sensor_msgs/Imu",
+    "/pepper_robot/imu/base": "sensor_msgs/Imu",
+    "/pepper_robot/info": "naoqi_bridge_msgs/StringStamped",
     "/pepper_robot/bumper": "naoqi_bridge_msgs/Bumper",
     "/pepper_robot/battery": "sensor_msgs/BatteryState",
 }
@@ -68,6 +71,19 @@ class TelePepper(LaunchTest):
     def test_topics_have_their_types(self):
         self.expect_topics(TOPICS)
         self.assertIn("<robot", self.probe.parameter("/robot_description"))
+
+    def test_joint_angles_of_the_driver_in_cpp_move_the_head(self):
+        self.probe.watch("/joint_states", "sensor_msgs/JointState", ["name", "position"])
+        self.start(
+            *("rostopic", "pub", "-r", "5", "/joint_angles", "naoqi_bridge_msgs/JointAnglesWithSpeed"),
+            "{joint_names: [HeadYaw], joint_angles: [0.4], speed: 0.2}",
+        )
+
+        def yaw():
+            names, positions = self.latest("/joint_states")
+            return positions[names.index("HeadYaw")]
+
+        self.until(lambda: abs(yaw() - 0.4) < 0.05, "the head turns")
 
     def test_every_frame_hangs_below_odom(self):
         for frame in FRAMES:

@@ -41,7 +41,7 @@ class TorsoPose(NamedTuple):
 @dataclass(frozen=True)
 class Imu:
     """Roll, pitch, yaw [rad], angular velocity [rad/s] and acceleration with gravity [m/s²]; NaN where there is no
-    sensor."""
+    sensor. One is in the torso, one in the base."""
 
     angles: Vector
     gyro: Vector
@@ -62,6 +62,7 @@ class BodyState:
     stiffness: list[float]
     wheel_speeds: list[float]
     imu: Imu
+    imu_base: Imu
     torso: TorsoPose
     floor: Pose
     velocity: Velocity
@@ -96,7 +97,8 @@ class BodyReader:
             + [f"{_DEVICE}/{joint}/Hardness/Actuator/Value" for joint in self.joints]
             + [f"{_DEVICE}/{wheel}/Speed/Sensor/Value" for wheel in WHEELS]
             + [
-                f"{_DEVICE}/InertialSensor/{quantity}{axis}/Sensor/Value"
+                f"{_DEVICE}/{sensor}/{quantity}{axis}/Sensor/Value"
+                for sensor in ("InertialSensor", "InertialSensorBase")
                 for quantity in ("Angle", "Gyroscope", "Accelerometer")
                 for axis in _AXES
             ]
@@ -123,11 +125,16 @@ class BodyReader:
             efforts=measured[2 * count : 3 * count],
             stiffness=measured[3 * count : 4 * count],
             wheel_speeds=measured[4 * count : 4 * count + len(WHEELS)],
-            imu=Imu(_vector(rest[0:3]), _vector(rest[3:6]), _vector(rest[6:9])),
+            imu=_imu(rest[:9]),
+            imu_base=_imu(rest[9:18]),
             torso=TorsoPose(*numbers(torso.result(timeout), 6, "getPosition")),
             floor=Pose(*numbers(floor.result(timeout), 3, "getRobotPosition")),
             velocity=Velocity(*numbers(velocity.result(timeout), 3, "getRobotVelocity")),
         )
+
+
+def _imu(values: Sequence[float]) -> Imu:
+    return Imu(_vector(values[0:3]), _vector(values[3:6]), _vector(values[6:9]))
 
 
 def _vector(values: Sequence[float]) -> Vector:

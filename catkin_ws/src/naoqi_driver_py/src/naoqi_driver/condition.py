@@ -1,8 +1,8 @@
-"""Reads what changes seldom: bumpers, touch, battery, temperatures.
+"""Reads what changes seldom: bumpers, touch, battery, temperatures, and what the robot is.
 
 Wire: one `ALMemory.getListData`. The keys are polled because NAOqi 2.5 did not deliver events to newer clients of the
 vendor's (ros-naoqi/libqi-python, issue 13), and on no such robot was it tried whether ours gets them. Keys: NAOqi 2.8
-documentation, pepper_dcm/actuator_sensor_names.
+documentation, pepper_dcm/actuator_sensor_names; those of the robot's parts: naoqi_driver (ros-naoqi), its topic info.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from naoqi_driver.replies import as_number, sequence
+from telepresence.security.outside_text import clean
 
 _DEVICE = "Device/SubDeviceList"
 SWITCHES: Mapping[str, str] = {
@@ -31,6 +32,25 @@ BATTERY_KEYS = (
     f"{_DEVICE}/Battery/Current/Sensor/Value",
     "BatteryPowerPluggedChanged",
 )
+_BODY = "RobotConfig/Body"
+INFO_KEYS = (
+    "RobotConfig/Head/FullHeadId",
+    "Device/DeviceList/ChestBoard/BodyId",
+    f"{_BODY}/Type",
+    f"{_BODY}/BaseVersion",
+    f"{_BODY}/Device/LeftArm/Version",
+    f"{_BODY}/Device/RightArm/Version",
+    f"{_BODY}/Device/Hand/Left/Version",
+    f"{_BODY}/Version",
+    f"{_BODY}/SoftwareRequirement",
+    f"{_BODY}/Device/Legs/Version",
+    "Device/DeviceList/BatteryFuelGauge/SerialNumber",
+    "Device/DeviceList/BatteryFuelGauge/FirmwareVersion",
+    f"{_BODY}/Device/Platform/Version",
+    f"{_BODY}/Device/Brakes/Version",
+    f"{_BODY}/Device/Wheel/Version",
+)
+"""Which robot it is and what it is made of, in the order of naoqi_driver's topic info."""
 HOT = 1
 """Temperature status from which a joint is too warm: 1 limit reached, 2 weakened, 3 off."""
 
@@ -88,3 +108,10 @@ def read_temperatures(joints: Sequence[str], values: Any) -> Temperatures:
             celsius[joint] = as_number(value)
             status[joint] = int(as_number(state)) if not math.isnan(as_number(state)) else 0
     return Temperatures(celsius, status)
+
+
+def read_info(values: Any) -> str:
+    """What the robot is, "key: value ; key: value", from what getListData answered for `INFO_KEYS`; what it does not
+    know is left out."""
+    known = zip(INFO_KEYS, sequence(values, "info", len(INFO_KEYS)), strict=True)
+    return " ; ".join(f"{key}: {clean(value)}" for key, value in known if isinstance(value, str | int | float))
