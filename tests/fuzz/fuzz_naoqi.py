@@ -37,7 +37,7 @@ def naoqi_body() -> Target:
     from naoqi_driver.body import BodyReader
     from naoqi_driver.connection import RobotError
 
-    count = 4 * 2 + 3 + 9
+    count = 4 * 2 + 3 + 2 * 9
 
     def feed(data: bytes) -> None:
         values = Values(data)
@@ -48,11 +48,13 @@ def naoqi_body() -> Target:
 
 
 def naoqi_sensors() -> Target:
-    """Laser lines, sonars, bumpers, touch, battery, temperatures."""
+    """Laser lines, sonars, bumpers, touch, battery, temperatures, what the robot is."""
     from naoqi_driver.condition import (
         BATTERY_KEYS,
+        INFO_KEYS,
         SWITCHES,
         read_battery,
+        read_info,
         read_switches,
         read_temperatures,
         temperature_keys,
@@ -71,12 +73,14 @@ def naoqi_sensors() -> Target:
         values = Values(data)
         read_battery(values.values(len(BATTERY_KEYS)))
         read_switches(values.values(len(SWITCHES)))
+        read_info(values.values(len(INFO_KEYS)))
         read_temperatures(joints, values.values(len(temperature_keys(joints))))
         sonar.to_range(values.value())
         reader.read(values.values(len(KEYS)), values.values(3), stamp)
         laser.read_points(values.values(len(laser.KEYS)))
 
-    count = len(BATTERY_KEYS) + len(SWITCHES) + len(temperature_keys(joints)) + 1 + len(KEYS) + 3 + len(laser.KEYS)
+    read_once = len(BATTERY_KEYS) + len(SWITCHES) + len(INFO_KEYS) + len(temperature_keys(joints))
+    count = read_once + 1 + len(KEYS) + 3 + len(laser.KEYS)
     return Target(feed, (packed(*[0.5] * count),), (RobotError, ValueError), 6000)
 
 
