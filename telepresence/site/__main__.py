@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import signal
 import sys
 import threading
@@ -33,7 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         site = read_site(options.file)
         return check(site) if options.command == "check" else bring_up(site)
     except (RuntimeError, OSError) as error:
-        print(f"stack site: {error}", file=sys.stderr)
+        with contextlib.suppress(OSError):  # who has closed the terminal reads nothing any more
+            print(f"stack site: {error}", file=sys.stderr, flush=True)
         return 1
 
 

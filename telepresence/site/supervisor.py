@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import getpass
 import os
 import shutil
@@ -26,6 +27,7 @@ from telepresence.station.kept_program import KeptProgram, Report
 from telepresence.station.log_folder import LogKeeper
 from telepresence.station.pilot_page import FIRST_LINK_LASTS
 from telepresence.station.station_folder import StationFolder
+from telepresence.station.terminal_printer import TerminalPrinter
 from telepresence.station.vitals import Beats
 from telepresence.teleop.accounts import UserError, Users
 from telepresence.teleop.invitations import InvitationError, Invitations, beside
@@ -235,10 +237,12 @@ def write_caddyfile(site: Site, files: Files) -> Path:
 
 def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:
     """Bring a site up and keep it so until `stop` is set; return the exit code. Raises what `RunningSite` does."""
-    running: RunningSite | None = None
-    try:
-        running = RunningSite(site, folder.path, say)
-        say(banner(site, running.open(), fingerprint(running.files.certificate)))
+    with contextlib.ExitStack() as ends:
+        # Whoever writes to a terminal that nobody reads waits, and a supervisor that waits brings nobody back.
+        printer = ends.enter_context(TerminalPrinter(site_logs(site)))
+        running = RunningSite(site, folder.path, printer.say)
+        ends.callback(running.close)
+        printer.say(banner(site, running.open(), fingerprint(running.files.certificate)))
         heartbeat.notify("READY=1")
         looked = time.monotonic()
         while not stop.wait(vitals.PERIOD):
@@ -246,11 +250,8 @@ def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:
             elapsed, looked = time.monotonic() - looked, time.monotonic()
             running.poll(elapsed)
         heartbeat.notify("STOPPING=1")
-        say("\nEnding everything ...")
-        return 0
-    finally:
-        if running is not None:
-            running.close()
+        printer.say("\nEnding everything ...")
+    return 0
 
 
 def banner(site: Site, link: str, certificate: str) -> str:
@@ -271,8 +272,3 @@ def _where(robot: Unit | Elsewhere) -> str:
         return robot.url
     words = robot.kind, "simulated" if robot.simulated else "real", *(["in a container"] if robot.image else [])
     return ", ".join(words)
-
-
-def say(text: str) -> None:
-    """Print for the person at the terminal."""
-    print(text, flush=True)
