@@ -16,6 +16,26 @@ pytestmark = pytest.mark.ros
 
 ROOT = Path(__file__).resolve().parents[3]
 
+INTERRUPTED = """
+import os, signal, sys, threading, xmlrpc.client
+
+request = xmlrpc.client.ServerProxy._ServerProxy__request
+
+def interrupted(proxy, method, words):
+    if method == "getParam" and threading.current_thread() is threading.main_thread():
+        assert proxy._lock.locked(), "rospy's connection to the master, which signing off needs, too"
+        os.kill(os.getpid(), signal.SIGTERM)
+        for _ in range(1000):
+            pass  # the handler runs here
+    return request(proxy, method, words)
+
+xmlrpc.client.ServerProxy._ServerProxy__request = interrupted
+sys.argv = ["sim.py", "--port", "0"]
+from sim_bringup.one_terminal import main
+sys.exit(main())
+"""
+"""sim.py that is asked to end while it asks the ROS master for a parameter."""
+
 
 @pytest.fixture
 def plain_python(graph) -> list[str]:
@@ -60,3 +80,9 @@ def test_the_simulation_guides_lines_type_and_print_what_the_guide_quotes(graph,
     assert simulation.process.wait(20.0) == 0, simulation.output
     assert not master_answers(graph.uri), "the ROS master that it brought ends with it"
     assert "Traceback" not in simulation.output + controller.output
+
+
+def test_a_signal_during_a_question_to_the_master_ends_it(graph):
+    simulation = graph.run("python", "-c", INTERRUPTED)
+    assert simulation.process.wait(60.0) == 0, simulation.output
+    assert "Traceback" not in simulation.output

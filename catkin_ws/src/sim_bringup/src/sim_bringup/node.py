@@ -23,13 +23,13 @@ Parameters: ~robots: words `kind[:name[:port]]` separated by blanks. ~scene, ~se
 from __future__ import annotations
 
 import logging
-import signal
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import rospy
-from telepresence_ros.node import Node
+from telepresence_ros.node import Node, stop_on_signals
 
 import telepresence
 from sim_bringup.ros_interface import RobotTopics, WorldInterface
@@ -71,8 +71,17 @@ def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
     Returns:
         The exit code.
     """
-    node = Node(name)
-    signal.signal(signal.SIGHUP, lambda *_: node.shut_down("the terminal was closed"))
+    # rospy's own handlers unregister the node on this thread, which may be inside a call to the ROS master: that call
+    # holds the lock of rospy's connection, and both would wait for ever.
+    node = Node(name, stop=stop_on_signals(threading.Event()))
+    try:
+        return simulate(node, robots, scene)
+    finally:
+        node.shut_down("the simulation ended")
+
+
+def simulate(node: Node, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
+    """Run a simulation until `node.stop` is set; return the exit code. See `run`."""
     logging.getLogger("OpenGL").setLevel(logging.WARNING)
     place = str(rospy.get_param("~scene", scene))
     try:
@@ -95,16 +104,15 @@ def run(name: str, robots: Callable[[], list[RobotRequest]], scene: str) -> int:
                 # With its key, which is nothing for a log that every program reads; standard output may be a file.
                 print(f"the owner's page of {robot}: {simulated.page_url}", file=sys.stderr, flush=True)
         settings = rospy.get_param("~wires", {})
-        with WorldInterface(
-            simulation, {request.name: RobotTopics.read(request, settings) for request in requests}
-        ) as interface:
+        topics = {request.name: RobotTopics.read(request, settings) for request in requests}
+        with WorldInterface(simulation, topics, node.stop):
             rospy.loginfo("[%s]: Robot Control Node initialized", rospy.get_name().lstrip("/"))
             if rospy.get_param("~viewer", False):
                 try:
-                    view(simulation.world, interface.stop)
+                    view(simulation.world, node.stop)
                 except NoDisplay as error:
                     rospy.logerr("%s", error)
-            while not interface.stop.wait(1.0):
+            while not node.stop.wait(1.0):
                 if simulation.failure:
                     rospy.logfatal("%s", simulation.failure)
                     return 1

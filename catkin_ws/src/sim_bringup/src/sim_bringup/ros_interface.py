@@ -72,10 +72,15 @@ class RobotTopics:
 
 
 class WorldInterface:
-    """The topics and services of a simulation, between entering and leaving. `stop` is set when the node shuts down."""
+    """The topics and services of a simulation, between entering and leaving.
 
-    def __init__(self, simulation: Simulation, wires: Mapping[str, RobotTopics]) -> None:
-        self.stop = threading.Event()
+    Args:
+        wires: Each robot's topics, by its name.
+        stop: Ends them; leaving sets it.
+    """
+
+    def __init__(self, simulation: Simulation, wires: Mapping[str, RobotTopics], stop: threading.Event) -> None:
+        self._stop = stop
         self._simulation = simulation
         self._restarting = threading.Lock()
         self._threads: list[threading.Thread] = []
@@ -90,19 +95,18 @@ class WorldInterface:
             rospy.Service(RobotTopics(namespace).topic("restart_simulation"), Trigger, self._restart)
             for namespace in sorted(namespaces)
         ]
-        rospy.on_shutdown(self.stop.set)
 
     def __enter__(self) -> WorldInterface:
         loops = [self._publish_truth, self._overview.run]
         for robot in self._robots:
             loops += [robot.movements.run, *(topic.run for topic in robot.pictures)]
         for loop in loops:
-            self._threads.append(threading.Thread(target=loop, args=(self.stop,), name=loop.__qualname__, daemon=True))
+            self._threads.append(threading.Thread(target=loop, args=(self._stop,), name=loop.__qualname__, daemon=True))
             self._threads[-1].start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.stop.set()
+        self._stop.set()
         for service in self._services:
             service.shutdown()
         for thread in self._threads:
@@ -113,7 +117,7 @@ class WorldInterface:
             moving = [robot for robot in self._robots if robot.movements.stop()]
             deadline = time.monotonic() + STOP_PATIENCE
             while any(not robot.stands() for robot in moving) and time.monotonic() < deadline:
-                self.stop.wait(0.02)
+                self._stop.wait(0.02)
             self._simulation.restart()
             for robot in self._robots:
                 for topic in robot.pictures:
