@@ -53,6 +53,8 @@ WALKER = textwrap.dedent("""
     from sim_bringup.movement_command import Movements
 
     class Legs:
+        REPEATS = True
+
         def move(self, movement):
             print(movement.name, flush=True)
 

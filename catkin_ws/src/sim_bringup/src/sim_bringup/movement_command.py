@@ -10,6 +10,7 @@ without a driver is commanded directly.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from typing import Protocol
@@ -33,8 +34,12 @@ GRACE = 0.5
 
 
 class Mover(Protocol):
+    REPEATS: bool
+    """Whether what it moves stops by itself: then a movement is handed on every `PERIOD`, and after it STOP `ZEROS`
+    times. Else each command is handed on once when it comes, so that the newest one counts whoever else commands."""
+
     def move(self, movement: Movement) -> None:
-        """Called every `PERIOD` while the robot moves, and `ZEROS` times with STOP afterwards."""
+        """Move so."""
 
 
 class DriverMover:
@@ -44,6 +49,8 @@ class DriverMover:
         topic: "" when there is no driver: then nothing moves.
         speed: [m/s].
     """
+
+    REPEATS = True
 
     def __init__(self, topic: str, speed: float) -> None:
         self._speed = speed
@@ -61,6 +68,8 @@ class DriverMover:
 class DirectMover:
     """Moves a robot that has no wire."""
 
+    REPEATS = False
+
     def __init__(self, controls: Controls) -> None:
         self._controls = controls
 
@@ -76,7 +85,8 @@ class Movements:
         self._changed = threading.Condition()
         self._wanted = Movement.STOP
         self._sender = ""
-        self._zeros = 0
+        self._left = 0.0
+        """How often that is still to be handed on."""
         self.refused = 0
         """Commands that meant nothing."""
         self._past = PastCommands(topic)
@@ -94,7 +104,7 @@ class Movements:
         alive_at = time.monotonic()
         while not stop.is_set():
             with self._changed:
-                if self._wanted is Movement.STOP and not self._zeros:
+                if self._wanted is Movement.STOP and not self._left:
                     self._changed.wait(PERIOD)
                     alive_at = time.monotonic()
                     continue
@@ -104,11 +114,11 @@ class Movements:
                 elif self._wanted is not Movement.STOP and now - alive_at > GRACE:
                     rospy.logwarn("movement_command: whoever made the robot move is gone; it stops")
                     self._want(Movement.STOP)
-                movement = self._wanted
-                if movement is Movement.STOP:
-                    self._zeros -= 1
+                movement, due = self._wanted, self._left > 0
+                self._left -= due
             try:
-                self._mover.move(movement)
+                if due:
+                    self._mover.move(movement)
             except rospy.ROSException:
                 return  # the topic was closed: this node is being shut down
             stop.wait(LEAST_PERIOD)
@@ -116,7 +126,9 @@ class Movements:
 
     def _wait_for_other(self, movement: Movement) -> None:
         with self._changed:
-            self._changed.wait_for(lambda: self._wanted is not movement, PERIOD - LEAST_PERIOD)
+            self._changed.wait_for(
+                lambda: self._wanted is not movement or (self._left and not self._mover.REPEATS), PERIOD - LEAST_PERIOD
+            )
 
     def _take(self, message: Int32) -> None:
         if only_reports(message._connection_header):
@@ -141,7 +153,11 @@ class Movements:
 
     def _want(self, movement: Movement) -> None:
         """Change the movement. The caller holds the lock."""
-        if movement is Movement.STOP and self._wanted is not Movement.STOP:
-            self._zeros = ZEROS
+        if not self._mover.REPEATS:
+            self._left = 1
+        elif movement is not Movement.STOP:
+            self._left = math.inf
+        elif self._wanted is not Movement.STOP:  # else others drive, and this topic has nothing to end
+            self._left = ZEROS
         self._wanted = movement
         self._changed.notify()
