@@ -40,6 +40,8 @@ UNIT_PATIENCE = 14.0
 PROXY_PATIENCE = 2.0
 OUTPUT, CADDY_OUTPUT = "unit-stdout.log", "caddy-stdout.log"
 """What a unit's programs print, and Caddy, each in its folder of logs; cut when they grow, as all logs."""
+LONGEST_END = 65536
+"""[bytes] that are read of such a file: whoever reads it must go on beating."""
 
 
 class RunningSite:
@@ -71,7 +73,9 @@ class RunningSite:
             self._start_unit(unit)
         proxy_logs = site_logs(site) / "proxy"
         proxy_logs.mkdir(mode=0o700, parents=True, exist_ok=True)
-        self._keeper = LogKeeper(proxy_logs).start()
+        # A container's programs do not see the file with their output, and a unit that does not come up cuts nothing.
+        folders = [log_folder(unit, site) for unit in site.units]
+        self._keeper = LogKeeper(proxy_logs, *folders, deletes=False).start()
         self._programs[CADDY] = KeptProgram(CADDY, partial(self._caddy, config, proxy_logs / CADDY_OUTPUT), _nobody)
 
     def _start_unit(self, unit: Unit) -> None:
@@ -189,7 +193,9 @@ def takes_connections(path: Path) -> bool:
 def last_line(path: Path) -> str:
     """Return the last line that a program has printed; empty for none."""
     try:
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+        with path.open("rb") as file:
+            file.seek(max(0, file.seek(0, os.SEEK_END) - LONGEST_END))
+            lines = file.read(LONGEST_END).decode(errors="replace").splitlines()
     except OSError:
         return ""
     return next((line for line in reversed(lines) if line.strip()), "")

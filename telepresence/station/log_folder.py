@@ -10,6 +10,7 @@ running is never deleted: its files are open.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import logging
 import os
 import shutil
@@ -40,10 +41,16 @@ class _Entry(NamedTuple):
 
 
 class LogKeeper:
-    """Looks after a folder of logs on a thread of its own, until `close`."""
+    """Looks after folders of logs on a thread of its own, until `close`.
 
-    def __init__(self, folder: Path | None = None) -> None:
-        self._folder = folder or log_folder()
+    Args:
+        folders: None for the one in which ROS logs.
+        deletes: Whether the logs of old runs are deleted, too.
+    """
+
+    def __init__(self, *folders: Path, deletes: bool = True) -> None:
+        self._folders = folders or (log_folder(),)
+        self._deletes = deletes
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="log-keeper", daemon=True)
 
@@ -59,10 +66,12 @@ class LogKeeper:
         due = 0.0
         while True:
             try:
-                cut_outputs(self._folder)
-                if time.monotonic() >= due:
+                for folder in self._folders:
+                    cut_outputs(folder)
+                if self._deletes and time.monotonic() >= due:
                     due = time.monotonic() + TIDY_PERIOD
-                    delete_old(self._folder)
+                    for folder in self._folders:
+                        delete_old(folder)
             except OSError as error:  # a disk that is full or gone must not end the station
                 log.warning("logs are not tidied: %s", error)
             if self._stop.wait(CUT_PERIOD):
@@ -110,6 +119,9 @@ def cut_outputs(folder: Path) -> None:
             if path.is_symlink() or path.stat().st_blocks * 512 <= LARGEST_OUTPUT:
                 continue
             with path.open("rb+") as file:
+                fcntl.flock(file, fcntl.LOCK_EX)  # a site and its unit cut the same file
+                if os.fstat(file.fileno()).st_blocks * 512 <= LARGEST_OUTPUT:
+                    continue
                 file.seek(-KEPT_OUTPUT, os.SEEK_END)
                 end = file.read(KEPT_OUTPUT)
                 with open(os.open(f"{path}.1", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as kept:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from telepresence.site import supervisor
 from telepresence.site.site_file import SiteError, parse_site
 from telepresence.site.supervisor import CADDY, OUTPUT, RunningSite
 from telepresence.station import processes, vitals
+from telepresence.station.log_folder import LARGEST_OUTPUT
 
 pytestmark = pytest.mark.slow
 
@@ -50,6 +52,7 @@ while True:
     time.sleep(0.05)
 """
 """A site, to be killed."""
+TALKS = "print('x' * 10_000_000, flush=True)\n" + UNIT
 BROKEN = "print('port 9559 is taken'); raise SystemExit(1)"
 
 
@@ -114,6 +117,29 @@ def test_a_unit_that_does_not_come_up_says_why_once(started):
     site, file, said = started(anna=BROKEN)
     look_until(site, lambda: len((file.logs / "anna" / OUTPUT).read_text().splitlines()) > 2, "it is tried again")
     assert said == ["anna: port 9559 is taken"]
+
+
+def test_what_a_unit_prints_is_cut(started):
+    """A container's programs cannot do it: they do not see the file."""
+    site, file, _ = started(anna=TALKS)
+    output = file.logs / "anna" / OUTPUT
+    look_until(site, Path(f"{output}.1").exists, "it is printed and cut")
+    look_until(site, lambda: output.stat().st_blocks * 512 < LARGEST_OUTPUT, "it is small")
+
+
+def test_the_last_line_of_a_large_output_is_read_and_not_all_of_it(tmp_path):
+    output = tmp_path / OUTPUT
+    with output.open("wb") as file:
+        file.seek(300_000_000)  # a hole, which takes no room
+        file.write(b"a line\nport 9559 is taken\n\n")
+    tracemalloc.start()
+    try:
+        assert supervisor.last_line(output) == "port 9559 is taken"
+        assert tracemalloc.get_traced_memory()[1] < 5_000_000
+    finally:
+        tracemalloc.stop()
+    output.write_text("short\n")
+    assert supervisor.last_line(output) == "short"
 
 
 def test_everything_ends_with_it(started):
