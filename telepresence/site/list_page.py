@@ -7,6 +7,7 @@ from pathlib import Path
 
 from telepresence.site.caddyfile import STATIC
 from telepresence.site.site_file import Elsewhere, Site, Unit
+from telepresence.site.unit import signs_in
 
 PLACE = "<!-- robots -->"
 _KINDS = {"pepper": "Pepper", "robotino": "Robotino", "both": "Pepper, Robotino"}
@@ -16,14 +17,19 @@ def write_list(site: Site, folder: Path) -> None:
     """Write the list into a folder, where Caddy finds it."""
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     template = (STATIC / "list.html").read_text(encoding="utf-8")
-    rows = "\n".join(_row(robot) for robot in site.robots)
+    rows = "\n".join(_row(robot, site) for robot in site.robots)
     (folder / "index.html").write_text(template.replace(PLACE, rows), encoding="utf-8")
 
 
-def _row(robot: Unit | Elsewhere) -> str:
-    """A robot as a stranger may see it: what it is called, and what it is, where the file says that."""
+def _row(robot: Unit | Elsewhere, site: Site) -> str:
+    """A robot as a stranger may see it: what it is called, what it is, where the file says that, and by which part of
+    the site's link its page opens: the key where nobody signs in, else the invitation; robots with accounts of their
+    own by neither."""
     kind = _KINDS[robot.kind] if isinstance(robot, Unit) else ""
+    ours = isinstance(robot, Unit) and not robot.image
+    opens = ("i" if signs_in(robot, site) else "k") if ours else ""
     return (
         f'<li><a href="{robot.name}/"><span class="name">{html.escape(robot.title)}</span>'
-        f'<span class="kind">{kind}</span><span class="state" data-robot="{robot.name}"></span></a></li>'
+        f'<span class="kind">{kind}</span>'
+        f'<span class="state" data-robot="{robot.name}" data-opens="{opens}"></span></a></li>'
     )

@@ -99,17 +99,19 @@ class RunningSite:
     def open(self) -> str:
         """Return the link to the list, and from there to each robot's page; it lets in whoever has no account."""
         here = [unit for unit in self._site.units if not unit.image]  # containers have accounts of their own
-        if not all(signs_in(unit, self._site) for unit in here):
-            return f"{self._site.url}#k={self._key}"
-        try:
-            if not here or Users().all():
-                return self._site.url
-            invitations = Invitations(beside())
-            invitation, token = invitations.make(PILOT, FIRST_LINK_LASTS, maker=getpass.getuser())
-        except UserError:
-            return self._site.url  # the pages say what is wrong with the accounts
+        sign_in = [signs_in(unit, self._site) for unit in here]
+        ways = [] if all(sign_in) else [f"k={self._key}"]
+        if any(sign_in):
+            with contextlib.suppress(UserError):  # the pages say what is wrong with the accounts
+                if not Users().all():
+                    ways.append(f"i={self._invite()}")
+        return f"{self._site.url}#{'&'.join(ways)}" if ways else self._site.url
+
+    def _invite(self) -> str:
+        """Make an invitation to drive that ends with the site, and return its token."""
+        invitation, token = Invitations(beside()).make(PILOT, FIRST_LINK_LASTS, maker=getpass.getuser())
         self._invitation = invitation.id
-        return f"{self._site.url}#i={token}"
+        return token
 
     @property
     def pids(self) -> dict[str, int]:

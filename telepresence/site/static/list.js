@@ -11,19 +11,28 @@ const states = [...document.querySelectorAll(".state")].map((each) => /** @type 
 
 /** Take the link's secret out of the address bar: it must stay in no history. */
 function takeLink() {
-  if (/^#[ik]=[\w-]{1,100}$/.test(location.hash)) {
+  if (/^#[ik]=[\w-]{1,100}(&i=[\w-]{1,100})?$/.test(location.hash)) {
     sessionStorage.setItem(KEPT, location.hash);
     history.replaceState(null, "", location.pathname);
   }
-  const wayIn = sessionStorage.getItem(KEPT) ?? "";
   for (const state of states) {
     const link = /** @type {HTMLAnchorElement} */ (state.closest("a"));
     link.onclick = (event) => {
-      if (!wayIn) return;
+      const way = wayInto(state);
+      if (!way) return;
       event.preventDefault(); // the secret stands in no link that could be copied
-      location.assign(`${link.getAttribute("href")}${wayIn}`);
+      location.assign(`${link.getAttribute("href")}${way}`);
     };
   }
+}
+
+/** @param {HTMLElement} state
+ * @returns {string} What the robot's page gets: of a link with key and invitation the one that it takes. */
+function wayInto(state) {
+  const kept = sessionStorage.getItem(KEPT) ?? "";
+  if (!kept.includes("&")) return kept;
+  const name = state.dataset.opens;
+  return name ? `#${name}=${new URLSearchParams(kept.slice(1)).get(name)}` : "";
 }
 
 /** @param {HTMLElement} state */

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.browser
 @pytest.fixture(scope="module")
 def site(free_port):
     with tempfile.TemporaryDirectory(prefix="site-") as folder:  # a unix socket's path has 107 bytes
-        site = ProxiedSite(Path(folder), free_port(), ROBOTS)
+        site = ProxiedSite(Path(folder), free_port(), f"{ROBOTS}settings = {{sign_in = true}}\n")
         yield site
         site.close()
 
@@ -100,6 +100,22 @@ def test_a_link_to_the_list_goes_on_to_the_robot_and_stays_in_no_address(browser
     browser.until("document.getElementById('enterTitle')?.textContent === 'You are invited'", "the robot's page has it")
     assert browser.evaluate("location.hash") == ""
     browser.evaluate("sessionStorage.clear()")
+
+
+def test_a_link_with_a_key_and_an_invitation_hands_each_robot_its_own(browser):
+    """At anna's, by the file, nobody signs in, at ben's people do."""
+    noted = "if (location.hash) sessionStorage.setItem('came', location.hash)"
+    script = browser.tools.call("Page.addScriptToEvaluateOnNewDocument", source=noted)
+    try:
+        for robot, way in (("ben", "#i=abc-DEF_123"), ("anna", "#k=a-key")):
+            open_list(browser, "#k=a-key&i=abc-DEF_123")
+            browser.until("location.hash === ''", "it leaves the address")
+            browser.click(f'a[href="{robot}/"]')
+            browser.until(f"location.pathname === '/{robot}/' && document.readyState === 'complete'", "its page")
+            assert browser.evaluate("sessionStorage.getItem('came')") == way
+    finally:
+        browser.tools.call("Page.removeScriptToEvaluateOnNewDocument", **script)
+        browser.evaluate("sessionStorage.clear()")
 
 
 def test_pick_a_robot_and_drive_it_then_the_other(browser, site):

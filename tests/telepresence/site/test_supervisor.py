@@ -176,6 +176,18 @@ def test_the_link_lets_in_whoever_has_no_account(started, monkeypatch):
     assert site.open() == file.url
 
 
+def test_the_link_lets_in_everywhere_where_some_sign_in_and_others_do_not(started, monkeypatch):
+    site, file, _ = started(anna=UNIT, ben=UNIT)
+    monkeypatch.setattr(supervisor, "signs_in", lambda unit, site: unit.name == "ben")
+    key, _, invitation = site.open().removeprefix(f"{file.url}#").partition("&")
+    assert key.startswith("k=") and invitation.startswith("i=")
+    token = invitation.removeprefix("i=")
+    account, _ = supervisor.Invitations(supervisor.beside()).use(token, "carl", b"")
+    assert account.role == supervisor.PILOT
+    supervisor.Users().add("anna", "correct horse", "pilot")
+    assert site.open() == f"{file.url}#{key}"
+
+
 def test_a_certificate_that_is_none_is_named(started, tmp_path):
     (tmp_path / "own.crt").write_text("x")
     site = parse_site("certificate = 'own.crt'\n[robot.anna]", tmp_path)
