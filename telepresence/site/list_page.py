@@ -25,9 +25,10 @@ def _row(robot: Unit | Elsewhere, site: Site) -> str:
     """A robot as a stranger may see it: what it is called, what it is, where the file says that, and by which part of
     the site's link its page opens: the key where nobody signs in, else the invitation; robots with accounts of their
     own by neither."""
-    kind = _KINDS[robot.kind] if isinstance(robot, Unit) else ""
-    ours = isinstance(robot, Unit) and not robot.image
-    opens = ("i" if signs_in(robot, site) else "k") if ours else ""
+    kind = opens = ""
+    if isinstance(robot, Unit):
+        kind = _KINDS[robot.kind]
+        opens = "" if robot.image else "i" if signs_in(robot, site) else "k"
     return (
         f'<li><a href="{robot.name}/"><span class="name">{html.escape(robot.title)}</span>'
         f'<span class="kind">{kind}</span>'
