@@ -73,6 +73,8 @@ REAL = "settings = {sim = false, nao_ip = '10.0.0.7'}\n"
         ("[robot.anna]\ntitle = ''", "a title has 1 to"),
         ("[robot.anna]\nsettings = {nao_pi = 'x'}", "pepper has no setting 'nao_pi'"),
         ("[robot.anna]\nsettings = {page = 'x'}", "page is the site's"),
+        ("[robot.anna]\nsettings = {scene = 'moon'}", "robot.anna: there is no scene 'moon'; there are: apartment"),
+        ("[robot.anna]\nsettings = {nao_ip = '10.0.0.7'}", "robot.anna: nao_ip:=10.0.0.7 is no simulated robot: add"),
         ("[robot.anna]\nsettings = {gui = true}", "gui is the site's"),
         ("[robot.anna]\nsettings = {people = ['x']}", "people is to be a text"),
         ("[robot.carl]\nurl = 'http://10.0.0.7'", "is not of the form https://HOST:PORT/"),
