@@ -35,11 +35,15 @@ from telepresence.teleop.lease_messages import PILOT
 from telepresence.web.page_auth import make_token
 
 CADDY = "caddy"
+PROXY = "proxy"
+"""What Caddy is for people, and in names: no robot may be called so."""
 UNIT_PATIENCE = 14.0
 """[s] for all units to end: each gives its programs 8."""
 PROXY_PATIENCE = 2.0
 OUTPUT, CADDY_OUTPUT = "unit-stdout.log", "caddy-stdout.log"
 """What a unit's programs print, and Caddy, each in its folder of logs; cut when they grow, as all logs."""
+PROBE = 0.1
+"""[s] for a port of this computer to take a connection."""
 LONGEST_END = 65536
 """[bytes] that are read of such a file: whoever reads it must go on beating."""
 
@@ -64,33 +68,39 @@ class RunningSite:
         self._beats: dict[str, Beats | None] = {}
         self._up: set[str] = set()
         self._said: dict[str, str] = {}
-        self._sockets = {unit.name: page_socket(unit, folder) for unit in site.units}
+        self._answers: dict[str, Callable[[], bool]] = {
+            unit.name: partial(takes_connections, page_socket(unit, folder)) for unit in site.units
+        }
+        self._answers[PROXY] = partial(listens, site.address, site.port)
         write_list(site, folder / "list")
         self.files = certificate_files(site, folder)
         config = write_caddyfile(site, self.files)
         (folder / "watch").mkdir(mode=0o700)
         for unit in site.units:
             self._start_unit(unit)
-        proxy_logs = site_logs(site) / "proxy"
+        proxy_logs = site_logs(site) / PROXY
         proxy_logs.mkdir(mode=0o700, parents=True, exist_ok=True)
         # A container's programs do not see the file with their output, and a unit that does not come up cuts nothing.
         folders = [log_folder(unit, site) for unit in site.units]
         self._keeper = LogKeeper(proxy_logs, *folders, deletes=False).start()
-        self._programs[CADDY] = KeptProgram(CADDY, partial(self._caddy, config, proxy_logs / CADDY_OUTPUT), _nobody)
+        output = proxy_logs / CADDY_OUTPUT
+        self._beats[PROXY] = None
+        self._programs[PROXY] = KeptProgram(PROXY, partial(self._caddy, config, output), self._reporter(PROXY, output))
 
     def _start_unit(self, unit: Unit) -> None:
         beats = None if unit.image else Beats(self._folder / "watch" / unit.name)  # a container has its healthcheck
         self._beats[unit.name] = beats
         start = partial(self._unit, unit, beats)
-        self._programs[unit.name] = KeptProgram(unit.name, start, self._reporter(unit, beats), beats)
+        report = self._reporter(unit.name, log_folder(unit, self._site) / OUTPUT, beats)
+        self._programs[unit.name] = KeptProgram(unit.name, start, report, beats)
 
-    def _reporter(self, unit: Unit, beats: Beats | None) -> Report:
+    def _reporter(self, name: str, output: Path, beats: Beats | None = None) -> Report:
         def report(_program: str, _what: str, _then: str) -> None:  # which the log says
-            said = last_line(log_folder(unit, self._site) / OUTPUT)
-            if unit.name not in self._up and said != self._said.get(unit.name):  # why, it has said itself
-                self._said[unit.name] = said
-                self._say(f"{unit.name}: {said}")
-            self._up.discard(unit.name)
+            said = last_line(output)
+            if name not in self._up and said != self._said.get(name):  # why, it has said itself
+                self._said[name] = said
+                self._say(f"{name}: {said}")
+            self._up.discard(name)
             if beats is not None:
                 beats.ready = False
 
@@ -128,7 +138,7 @@ class RunningSite:
             program.poll(elapsed)
         for name, beats in self._beats.items():
             ready = beats is None or beats.ready
-            if ready and name not in self._up and takes_connections(self._sockets[name]):
+            if ready and name not in self._up and self._programs[name].runs and self._answers[name]():
                 self._up.add(name)
                 self._say(f"{name}: is up")
         processes.reap_orphans(set(self.pids.values()))
@@ -181,15 +191,18 @@ class RunningSite:
             )
 
 
-def _nobody(_program: str, _what: str, _then: str) -> None:
-    """Nobody is to know but who reads the log."""
-
-
 def takes_connections(path: Path) -> bool:
     """Return whether a page listens at a unix socket; one that was killed leaves the file."""
     with socket.socket(socket.AF_UNIX) as probe:
         probe.setblocking(False)
         return probe.connect_ex(str(path)) == 0
+
+
+def listens(address: str, port: int) -> bool:
+    """Return whether somebody takes connections at a tcp port of this computer."""
+    with socket.socket() as probe:
+        probe.settimeout(PROBE)
+        return probe.connect_ex((address, port)) == 0
 
 
 def last_line(path: Path) -> str:

@@ -50,6 +50,11 @@ class KeptProgram:
         """Process id of the newest start."""
         return self.process.pid
 
+    @property
+    def runs(self) -> bool:
+        """Whether it was alive at the last look."""
+        return self._due is None
+
     def poll(self, elapsed: float) -> int | None:
         """Look once; the exit code when it has ended for good.
 

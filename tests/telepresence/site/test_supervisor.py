@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -16,7 +16,7 @@ import pytest
 
 from telepresence.site import supervisor
 from telepresence.site.site_file import SiteError, parse_site
-from telepresence.site.supervisor import CADDY, OUTPUT, RunningSite
+from telepresence.site.supervisor import CADDY_OUTPUT, OUTPUT, PROXY, RunningSite, listens
 from telepresence.station import processes, vitals
 from telepresence.station.log_folder import LARGEST_OUTPUT
 
@@ -89,14 +89,9 @@ def look_until(site: RunningSite, condition, what: str) -> None:
         site.poll(vitals.PERIOD)
 
 
-def listens(port: int) -> bool:
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
-
-
 def test_a_unit_that_was_killed_or_stopped_comes_back_alone(started):
     site, _, said = started(anna=UNIT, ben=UNIT)
-    look_until(site, lambda: {*said} == {"anna: is up", "ben: is up"}, "both are up")
+    look_until(site, lambda: {*said} == {"anna: is up", "ben: is up", "proxy: is up"}, "all are up")
     for count, ended in enumerate((signal.SIGKILL, signal.SIGSTOP), 2):
         before = site.pids
         os.kill(before["anna"], ended)
@@ -107,16 +102,33 @@ def test_a_unit_that_was_killed_or_stopped_comes_back_alone(started):
 
 def test_the_proxy_comes_back(started):
     site, file, _ = started(anna=UNIT)
-    look_until(site, lambda: listens(file.port), "Caddy listens")
-    before = site.pids[CADDY]
+    look_until(site, lambda: listens(file.address, file.port), "Caddy listens")
+    before = site.pids[PROXY]
     os.kill(before, signal.SIGKILL)
-    look_until(site, lambda: site.pids[CADDY] != before and listens(file.port), "it listens again")
+    look_until(site, lambda: site.pids[PROXY] != before and listens(file.address, file.port), "it listens again")
 
 
 def test_a_unit_that_does_not_come_up_says_why_once(started):
     site, file, said = started(anna=BROKEN)
     look_until(site, lambda: len((file.logs / "anna" / OUTPUT).read_text().splitlines()) > 2, "it is tried again")
-    assert said == ["anna: port 9559 is taken"]
+    assert [line for line in said if not line.startswith("proxy")] == ["anna: port 9559 is taken"]
+
+
+def test_a_proxy_that_does_not_come_up_says_why_once_and_is_there_as_soon_as_it_can(started, tmp_path, monkeypatch):
+    """Caddy cannot run, as for want of memory or of the right to its port; then it can."""
+    able = tmp_path / "able"
+    caddy = tmp_path / "caddy"
+    refusal = f'[ "$1" = validate ] || [ -e {able} ] || exec sh -c "echo Error: permission denied >&2; exit 1"'
+    caddy.write_text(f'#!/bin/sh\n{refusal}\nexec {shutil.which("caddy")} "$@"\n')
+    caddy.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    site, file, said = started(anna=UNIT)
+    output = file.logs / "proxy" / CADDY_OUTPUT
+    look_until(site, lambda: len(output.read_text().splitlines()) > 2, "it is tried again")
+    assert [line for line in said if line.startswith("proxy")] == ["proxy: Error: permission denied"]
+    able.touch()
+    look_until(site, lambda: "proxy: is up" in said, "it is up")
+    assert listens(file.address, file.port)
 
 
 def test_what_a_unit_prints_is_cut(started):
@@ -144,11 +156,11 @@ def test_the_last_line_of_a_large_output_is_read_and_not_all_of_it(tmp_path):
 
 def test_everything_ends_with_it(started):
     site, file, said = started(anna=UNIT, ben=UNIT)
-    look_until(site, lambda: len(said) == 2 and listens(file.port), "all is up")
+    look_until(site, lambda: len(said) == 3 and listens(file.address, file.port), "all is up")
     pids = site.pids
     site.close()
     assert not [name for name, pid in pids.items() if processes.send(pid, signal.SIGCONT)]
-    assert not listens(file.port)
+    assert not listens(file.address, file.port)
 
 
 def test_a_site_that_is_killed_leaves_nothing(free_port, monkeypatch, wait_until):
