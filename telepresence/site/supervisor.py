@@ -92,7 +92,8 @@ class RunningSite:
         self._beats[unit.name] = beats
         start = partial(self._unit, unit, beats)
         report = self._reporter(unit.name, log_folder(unit, self._site) / OUTPUT, beats)
-        self._programs[unit.name] = KeptProgram(unit.name, start, report, beats)
+        # Some units need ten seconds to find out that they cannot come up.
+        self._programs[unit.name] = KeptProgram(unit.name, start, report, beats, ready=lambda: unit.name in self._up)
 
     def _reporter(self, name: str, output: Path, beats: Beats | None = None) -> Report:
         def report(_program: str, _what: str, _then: str) -> None:  # which the log says

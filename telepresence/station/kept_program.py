@@ -30,6 +30,7 @@ class KeptProgram:
         report: Gets each fault.
         beats: Where it beats; None for a program that does not.
         ended: Whether it shall stay away after this exit code (negative: the signal that ended it).
+        ready: Whether this start has come so far that it does what it is for.
     """
 
     def __init__(
@@ -39,8 +40,10 @@ class KeptProgram:
         report: Report,
         beats: Beats | None = None,
         ended: Callable[[int], bool] = lambda code: False,
+        ready: Callable[[], bool] = lambda: True,
     ) -> None:
         self._name, self._start, self._report, self._beats, self._ended = name, start, report, beats, ended
+        self._ready = ready
         self._restarts = Restarts()
         self._due: float | None = None
         self._begin()
@@ -77,7 +80,7 @@ class KeptProgram:
             return None
         if not what and self._ended(code):
             return code
-        pause = self._restarts.died(now)
+        pause = self._restarts.died(now, self._ready())
         self._due = now + pause
         what, then = what or vitals.cause(code), what_next(pause)
         if self._restarts.worth_a_line:

@@ -22,9 +22,14 @@ class Restarts:
         """It starts now."""
         self._started = now
 
-    def died(self, now: float) -> float:
-        """It died now. Return the seconds after which it shall start again."""
-        self.quick_deaths = 0 if now - self._started > STEADY_AFTER else self.quick_deaths + 1
+    def died(self, now: float, ready: bool = True) -> float:
+        """It died now. Return the seconds after which it shall start again.
+
+        Args:
+            ready: Whether it ever did what it is for; what never did has not run well, however long it tried.
+        """
+        steady = ready and now - self._started > STEADY_AFTER
+        self.quick_deaths = 0 if steady else self.quick_deaths + 1
         if self.quick_deaths < 2:
             return 0.0
         return min(FIRST_PAUSE * 2.0 ** min(self.quick_deaths - 2, 10), LONGEST_PAUSE)

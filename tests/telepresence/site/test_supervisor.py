@@ -17,7 +17,7 @@ import pytest
 from telepresence.site import supervisor
 from telepresence.site.site_file import SiteError, parse_site
 from telepresence.site.supervisor import CADDY_OUTPUT, OUTPUT, PROXY, RunningSite, listens
-from telepresence.station import processes, vitals
+from telepresence.station import processes, restarts, vitals
 from telepresence.station.log_folder import LARGEST_OUTPUT
 
 pytestmark = pytest.mark.slow
@@ -112,6 +112,16 @@ def test_a_unit_that_does_not_come_up_says_why_once(started):
     site, file, said = started(anna=BROKEN)
     look_until(site, lambda: len((file.logs / "anna" / OUTPUT).read_text().splitlines()) > 2, "it is tried again")
     assert [line for line in said if not line.startswith("proxy")] == ["anna: port 9559 is taken"]
+
+
+def test_a_unit_that_takes_long_to_find_out_fills_no_log(started, monkeypatch, caplog):
+    monkeypatch.setattr(restarts, "STEADY_AFTER", 0.0)  # as if each start took longer
+    site, file, _ = started(anna=BROKEN)
+    look_until(site, lambda: len((file.logs / "anna" / OUTPUT).read_text().splitlines()) > 3, "it is tried again")
+    assert [message for message in caplog.messages if message.startswith("anna")] == [
+        "anna died: exit code 1; starts again",
+        "anna died: exit code 1; starts again in 0.5 s",
+    ]
 
 
 def test_a_proxy_that_does_not_come_up_says_why_once_and_is_there_as_soon_as_it_can(started, tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from telepresence.station import processes, vitals
+from telepresence.station import processes, restarts, vitals
 from telepresence.station.faults import FaultListener, FaultReporter
 from telepresence.station.kept_program import KeptProgram
 from telepresence.station.vitals import PERIOD, Beats
@@ -63,6 +63,16 @@ def test_what_cannot_be_started_is_tried_again_later(wait_until):
     for _ in range(5):
         assert program.poll(PERIOD) is None
     assert len(attempts) == 2
+
+
+def test_what_never_does_what_it_is_for_waits_longer_and_longer_however_long_it_tries(monkeypatch, wait_until):
+    monkeypatch.setattr(restarts, "STEADY_AFTER", 0.0)
+    faults = []
+    program = KeptProgram(
+        "hopeless", lambda: processes.start(["false"]), lambda *fault: faults.append(fault[2]), ready=lambda: False
+    )
+    wait_until(lambda: program.poll(PERIOD) is None and len(faults) == 3, "it dies three times")
+    assert faults == ["starts again", "starts again in 0.5 s", "starts again in 1 s"]
 
 
 def test_faults_wait_for_a_listener_and_come_in_their_order(tmp_path):
