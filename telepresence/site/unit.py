@@ -44,7 +44,9 @@ def socket_of(unit: Unit, folder: Path) -> Path:
     Args:
         folder: Of the site, which nobody else may enter.
     """
-    return folder / unit.name / container.SOCKET_NAME if unit.image else folder / f"{unit.name}.socket"
+    if unit.image:  # in a folder that the container may write: among these, no name is one of the site's own folders
+        return folder / "units" / unit.name / container.SOCKET_NAME
+    return folder / f"{unit.name}.socket"
 
 
 def ports_of(unit: Unit) -> dict[str, tuple[int, bool]]:

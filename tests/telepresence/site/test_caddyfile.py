@@ -55,7 +55,7 @@ def test_each_robot_has_one_way_and_those_elsewhere_are_checked(tmp_path):
             yield from found(each, key)
 
     dials = [upstream["dial"] for upstreams in found(config, "upstreams") for upstream in upstreams]
-    assert sorted(dials) == ["10.8.0.21:443", f"unix/{tmp_path}/anna.socket", f"unix/{tmp_path}/ben/page.socket"]
+    assert sorted(dials) == ["10.8.0.21:443", f"unix/{tmp_path}/anna.socket", f"unix/{tmp_path}/units/ben/page.socket"]
     assert "insecure_skip_verify" not in json.dumps(config)
     assert [*found(config, "server_name")] == ["10.8.0.21"]
 

@@ -82,6 +82,12 @@ def test_a_unit_in_a_container_shares_its_pages_socket_and_publishes_what_the_ta
     assert signs_in(anna, site)
 
 
+@pytest.mark.parametrize("name", ["list", "watch"])
+def test_a_container_gets_no_folder_of_the_site_whatever_its_robot_is_called(name):
+    (unit,) = site_of(f"[robot.{name}]\nimage = 'telepresence'").units
+    assert not (HERE / name).is_relative_to(socket_of(unit, HERE).parent)
+
+
 def test_a_port_that_is_taken_or_wanted_twice_is_named(free_port):
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
