@@ -16,8 +16,9 @@ from pathlib import Path
 
 from telepresence.page.certificate import fingerprint
 from telepresence.security.private_files import restrict_new_files
+from telepresence.site.proxy import certificate_files, write_caddyfile
 from telepresence.site.site_file import Site, read_site
-from telepresence.site.supervisor import banner, certificate_files, run, write_caddyfile
+from telepresence.site.supervisor import banner, run
 from telepresence.site.unit import require_ports
 from telepresence.station import processes, start_conditions, station_folder
 from telepresence.station.station_folder import StationFolder

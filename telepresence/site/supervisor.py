@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import getpass
 import os
-import shutil
 import signal
 import socket
 import subprocess
@@ -15,11 +14,11 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from telepresence.page.certificate import fingerprint, own_context, server_files
-from telepresence.site.caddyfile import Files, caddyfile, names_of
+from telepresence.page.certificate import fingerprint
 from telepresence.site.container import name_of
 from telepresence.site.list_page import write_list
-from telepresence.site.site_file import Elsewhere, Site, SiteError, Unit
+from telepresence.site.proxy import certificate_files, start_caddy, write_caddyfile
+from telepresence.site.site_file import Elsewhere, Site, Unit
 from telepresence.site.unit import command, environment, log_folder, page_folder, remove_socket, signs_in, site_logs
 from telepresence.site.unit import socket_of as page_socket
 from telepresence.station import heartbeat, processes, vitals
@@ -34,7 +33,6 @@ from telepresence.teleop.invitations import InvitationError, Invitations, beside
 from telepresence.teleop.lease_messages import PILOT
 from telepresence.web.page_auth import make_token
 
-CADDY = "caddy"
 PROXY = "proxy"
 """What Caddy is for people, and in names: no robot may be called so."""
 UNIT_PATIENCE = 14.0
@@ -85,7 +83,9 @@ class RunningSite:
         self._keeper = LogKeeper(proxy_logs, *folders, deletes=False).start()
         output = proxy_logs / CADDY_OUTPUT
         self._beats[PROXY] = None
-        self._programs[PROXY] = KeptProgram(PROXY, partial(self._caddy, config, output), self._reporter(PROXY, output))
+        self._programs[PROXY] = KeptProgram(
+            PROXY, partial(start_caddy, config, output, self._base), self._reporter(PROXY, output)
+        )
 
     def _start_unit(self, unit: Unit) -> None:
         beats = None if unit.image else Beats(self._folder / "watch" / unit.name)  # a container has its healthcheck
@@ -180,17 +180,6 @@ class RunningSite:
                 stderr=subprocess.STDOUT,
             )
 
-    def _caddy(self, config: Path, output: Path) -> subprocess.Popen:
-        with output.open("ab") as file:
-            return processes.start(
-                [CADDY, "run", "--config", str(config), "--adapter", "caddyfile"],
-                tied=True,
-                env=self._base | {"XDG_DATA_HOME": str(self._folder), "XDG_CONFIG_HOME": str(self._folder)},
-                stdin=subprocess.DEVNULL,
-                stdout=file,
-                stderr=subprocess.STDOUT,
-            )
-
 
 def takes_connections(path: Path) -> bool:
     """Return whether a page listens at a unix socket; one that was killed leaves the file."""
@@ -219,42 +208,6 @@ def last_line(path: Path) -> str:
 
 _STATIONS_OWN = ("NOTIFY_SOCKET", "TELEPRESENCE_STATION", "TMPDIR")
 """Variables that a site has for itself: each unit makes its own."""
-
-
-def certificate_files(site: Site, folder: Path) -> Files:
-    """Return the site's certificate; without one of its own, one that this computer's authority has signed.
-
-    Raises:
-        SiteError: The files are no certificate and key.
-    """
-    if site.certificate is not None:
-        files = Files(site.certificate, site.key or site.certificate, folder)
-    else:
-        made = server_files(Path.home() / ".config" / "telepresence" / "page", names_of(site), "site")
-        files = Files(*made, folder)
-    try:
-        own_context(files.certificate, files.key)
-    except OSError as error:
-        raise SiteError(f"{files.certificate} and {files.key} are no certificate and key: {error}") from None
-    return files
-
-
-def write_caddyfile(site: Site, files: Files) -> Path:
-    """Write Caddy's configuration, and have Caddy read it.
-
-    Raises:
-        SiteError: There is no Caddy, or it refuses it.
-    """
-    if shutil.which(CADDY) is None:
-        raise SiteError("there is no caddy: ./stack site installs it, or  sudo apt install caddy")
-    path = files.folder / "Caddyfile"
-    path.write_text(caddyfile(site, files), encoding="utf-8")
-    words = [CADDY, "validate", "--config", str(path), "--adapter", "caddyfile"]
-    environment = {**os.environ, "XDG_DATA_HOME": str(files.folder), "XDG_CONFIG_HOME": str(files.folder)}
-    answer = subprocess.run(words, capture_output=True, text=True, env=environment, timeout=60.0)
-    if answer.returncode:
-        raise SiteError(f"caddy refuses the site: {(answer.stderr or answer.stdout).strip().splitlines()[-1]}")
-    return path
 
 
 def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:

@@ -18,8 +18,8 @@ from telepresence.page.certificate import server_files
 from telepresence.page.proxy import Proxy
 from telepresence.site.caddyfile import Files, names_of
 from telepresence.site.list_page import write_list
+from telepresence.site.proxy import CADDY, write_caddyfile
 from telepresence.site.site_file import Site, parse_site
-from telepresence.site.supervisor import CADDY, write_caddyfile
 from telepresence.site.unit import remove_socket, socket_of
 from telepresence.station import processes
 

@@ -10,8 +10,8 @@ import pytest
 
 from telepresence.page.certificate import server_files
 from telepresence.site.caddyfile import Files, caddyfile, names_of
+from telepresence.site.proxy import CADDY, write_caddyfile
 from telepresence.site.site_file import Site, SiteError, parse_site
-from telepresence.site.supervisor import CADDY, write_caddyfile
 
 ROBOTS = (
     "[robot.anna]\n[robot.ben]\nkind = 'robotino'\nimage = 'telepresence'\n[robot.dora]\nurl = 'https://10.8.0.21/'\n"

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from telepresence.site import supervisor
-from telepresence.site.site_file import SiteError, parse_site
+from telepresence.site.site_file import parse_site
 from telepresence.site.supervisor import CADDY_OUTPUT, OUTPUT, PROXY, RunningSite, listens
 from telepresence.station import processes, restarts, vitals
 from telepresence.station.log_folder import LARGEST_OUTPUT
@@ -208,10 +208,3 @@ def test_the_link_lets_in_everywhere_where_some_sign_in_and_others_do_not(starte
     assert account.role == supervisor.PILOT
     supervisor.Users().add("anna", "correct horse", "pilot")
     assert site.open() == f"{file.url}#{key}"
-
-
-def test_a_certificate_that_is_none_is_named(started, tmp_path):
-    (tmp_path / "own.crt").write_text("x")
-    site = parse_site("certificate = 'own.crt'\n[robot.anna]", tmp_path)
-    with pytest.raises(SiteError, match=r"own\.crt .* are no certificate and key"):
-        supervisor.certificate_files(site, tmp_path)

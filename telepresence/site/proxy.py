@@ -1,0 +1,72 @@
+"""Caddy, the site's proxy: its certificate, its configuration, its start."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+
+from telepresence.page.certificate import own_context, server_files
+from telepresence.site.caddyfile import Files, caddyfile, names_of
+from telepresence.site.site_file import Site, SiteError
+from telepresence.station import processes
+
+CADDY = "caddy"
+
+
+def certificate_files(site: Site, folder: Path) -> Files:
+    """Return the site's certificate; without one of its own, one that this computer's authority has signed.
+
+    Raises:
+        SiteError: The files are no certificate and key.
+    """
+    if site.certificate is not None:
+        files = Files(site.certificate, site.key or site.certificate, folder)
+    else:
+        made = server_files(Path.home() / ".config" / "telepresence" / "page", names_of(site), "site")
+        files = Files(*made, folder)
+    try:
+        own_context(files.certificate, files.key)
+    except OSError as error:
+        raise SiteError(f"{files.certificate} and {files.key} are no certificate and key: {error}") from None
+    return files
+
+
+def write_caddyfile(site: Site, files: Files) -> Path:
+    """Write Caddy's configuration, and have Caddy read it.
+
+    Raises:
+        SiteError: There is no Caddy, or it refuses it.
+    """
+    if shutil.which(CADDY) is None:
+        raise SiteError("there is no caddy: ./stack site installs it, or  sudo apt install caddy")
+    path = files.folder / "Caddyfile"
+    path.write_text(caddyfile(site, files), encoding="utf-8")
+    words = [CADDY, "validate", "--config", str(path), "--adapter", "caddyfile"]
+    environment = {**os.environ, "XDG_DATA_HOME": str(files.folder), "XDG_CONFIG_HOME": str(files.folder)}
+    answer = subprocess.run(words, capture_output=True, text=True, env=environment, timeout=60.0)
+    if answer.returncode:
+        raise SiteError(f"caddy refuses the site: {(answer.stderr or answer.stdout).strip().splitlines()[-1]}")
+    return path
+
+
+def start_caddy(config: Path, output: Path, base: Mapping[str, str]) -> subprocess.Popen:
+    """Start Caddy, which ends with this process.
+
+    Args:
+        config: Of `write_caddyfile`; Caddy's own files are beside it.
+        output: Gets what it prints.
+        base: Environment of whoever has started the site.
+    """
+    folder = str(config.parent)
+    with output.open("ab") as file:
+        return processes.start(
+            [CADDY, "run", "--config", str(config), "--adapter", "caddyfile"],
+            tied=True,
+            env={**base, "XDG_DATA_HOME": folder, "XDG_CONFIG_HOME": folder},
+            stdin=subprocess.DEVNULL,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+        )
