@@ -38,6 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with contextlib.suppress(OSError):  # who has closed the terminal reads nothing any more
             print(f"stack site: {error}", file=sys.stderr, flush=True)
         return 1
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
 
 
 def check(site: Site) -> int:

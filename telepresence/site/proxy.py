@@ -10,10 +10,27 @@ from pathlib import Path
 
 from telepresence.page.certificate import own_context, server_files
 from telepresence.site.caddyfile import Files, caddyfile, names_of
+from telepresence.site.list_page import write_list
 from telepresence.site.site_file import Site, SiteError
 from telepresence.station import processes
 
 CADDY = "caddy"
+JUDGING = 60.0
+"""[s] for Caddy to read its configuration."""
+
+
+def prepare(site: Site, folder: Path) -> tuple[Files, Path]:
+    """Write what the proxy shows and does; return its files and its configuration. Nothing runs yet.
+
+    Args:
+        folder: Of the site alone, while it runs.
+    Raises:
+        SiteError: There is no Caddy, or it refuses what it is to do.
+        OSError: A folder cannot be written.
+    """
+    write_list(site, folder / "list")
+    files = certificate_files(site, folder)
+    return files, write_caddyfile(site, files)
 
 
 def certificate_files(site: Site, folder: Path) -> Files:
@@ -46,9 +63,15 @@ def write_caddyfile(site: Site, files: Files) -> Path:
     path.write_text(caddyfile(site, files), encoding="utf-8")
     words = [CADDY, "validate", "--config", str(path), "--adapter", "caddyfile"]
     environment = {**os.environ, "XDG_DATA_HOME": str(files.folder), "XDG_CONFIG_HOME": str(files.folder)}
-    answer = subprocess.run(words, capture_output=True, text=True, env=environment, timeout=60.0)
+    try:  # in a session of its own: Ctrl-C is for us, who then say and end everything in order
+        answer = subprocess.run(
+            words, capture_output=True, text=True, env=environment, timeout=JUDGING, start_new_session=True
+        )
+    except subprocess.TimeoutExpired:
+        raise SiteError(f"caddy does not say within {JUDGING:g} s whether it takes the site") from None
     if answer.returncode:
-        raise SiteError(f"caddy refuses the site: {(answer.stderr or answer.stdout).strip().splitlines()[-1]}")
+        lines = (answer.stderr or answer.stdout).strip().splitlines()
+        raise SiteError(f"caddy refuses the site: {lines[-1] if lines else 'it ended without a word'}")
     return path
 
 

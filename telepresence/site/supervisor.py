@@ -16,8 +16,7 @@ from pathlib import Path
 
 from telepresence.page.certificate import fingerprint
 from telepresence.site.container import name_of
-from telepresence.site.list_page import write_list
-from telepresence.site.proxy import certificate_files, start_caddy, write_caddyfile
+from telepresence.site.proxy import prepare, start_caddy
 from telepresence.site.site_file import Elsewhere, Site, Unit
 from telepresence.site.unit import command, environment, log_folder, page_folder, remove_socket, signs_in, site_logs
 from telepresence.site.unit import socket_of as page_socket
@@ -51,13 +50,13 @@ class RunningSite:
 
     Args:
         folder: Of the site alone, while it runs.
+        config: Of the proxy, see `telepresence.site.proxy.prepare`.
         say: Prints a line for the person at the terminal.
     Raises:
-        SiteError: There is no Caddy, or it refuses what it is to do.
         OSError: A folder cannot be written.
     """
 
-    def __init__(self, site: Site, folder: Path, say: Callable[[str], None]) -> None:
+    def __init__(self, site: Site, folder: Path, config: Path, say: Callable[[str], None]) -> None:
         self._site, self._folder, self._say = site, folder, say
         self._base = {name: value for name, value in os.environ.items() if name not in _STATIONS_OWN}
         self._key = make_token()
@@ -70,9 +69,6 @@ class RunningSite:
             unit.name: partial(takes_connections, page_socket(unit, folder)) for unit in site.units
         }
         self._answers[PROXY] = partial(listens, site.address, site.port)
-        write_list(site, folder / "list")
-        self.files = certificate_files(site, folder)
-        config = write_caddyfile(site, self.files)
         (folder / "watch").mkdir(mode=0o700)
         for unit in site.units:
             self._start_unit(unit)
@@ -211,13 +207,17 @@ _STATIONS_OWN = ("NOTIFY_SOCKET", "TELEPRESENCE_STATION", "TMPDIR")
 
 
 def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:
-    """Bring a site up and keep it so until `stop` is set; return the exit code. Raises what `RunningSite` does."""
+    """Bring a site up and keep it so until `stop` is set; return the exit code. Raises what `prepare` and `RunningSite`
+    do."""
     with contextlib.ExitStack() as ends:
         # Whoever writes to a terminal that nobody reads waits, and a supervisor that waits brings nobody back.
         printer = ends.enter_context(TerminalPrinter(site_logs(site)))
-        running = RunningSite(site, folder.path, printer.say)
+        files, config = prepare(site, folder.path)
+        if stop.is_set():  # Ctrl-C meanwhile: no unit needs to be ended
+            return 0
+        running = RunningSite(site, folder.path, config, printer.say)
         ends.callback(running.close)
-        printer.say(banner(site, running.open(), fingerprint(running.files.certificate)))
+        printer.say(banner(site, running.open(), fingerprint(files.certificate)))
         heartbeat.notify("READY=1")
         looked = time.monotonic()
         while not stop.wait(vitals.PERIOD):

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
+from pathlib import Path
+
 import pytest
 
-from telepresence.site import proxy
+from telepresence.site import __main__, proxy
+from telepresence.site.caddyfile import Files
 from telepresence.site.site_file import SiteError, parse_site
 
 
@@ -13,3 +18,43 @@ def test_a_certificate_that_is_none_is_named(tmp_path):
     site = parse_site("certificate = 'own.crt'\n[robot.anna]", tmp_path)
     with pytest.raises(SiteError, match=r"own\.crt .* are no certificate and key"):
         proxy.certificate_files(site, tmp_path)
+
+
+@pytest.fixture
+def instead_of_caddy(tmp_path, monkeypatch) -> Callable[[str], None]:
+    """Put a shell script in Caddy's place."""
+
+    def put(script: str) -> None:
+        file = tmp_path / "caddy"
+        file.write_text(f"#!/bin/sh\n{script}\n")
+        file.chmod(0o755)
+        monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+
+    return put
+
+
+@pytest.mark.parametrize(
+    ("script", "says"),
+    [
+        ("kill -INT $$", "caddy refuses the site: it ended without a word"),
+        ("echo; echo Error: no such directive >&2; exit 1", "caddy refuses the site: Error: no such directive"),
+        ("exec sleep 1000", "caddy does not say within 0.2 s whether it takes the site"),
+    ],
+)
+def test_a_caddy_that_does_not_take_the_site_is_one_sentence(tmp_path, monkeypatch, instead_of_caddy, script, says):
+    monkeypatch.setattr(proxy, "JUDGING", 0.2)
+    instead_of_caddy(script)
+    with pytest.raises(SiteError) as caught:
+        proxy.write_caddyfile(parse_site("[robot.anna]", tmp_path), Files(Path("a.crt"), Path("a.key"), tmp_path))
+    assert str(caught.value) == says
+
+
+def test_a_check_that_is_interrupted_ends_without_a_traceback(tmp_path, monkeypatch):
+    def interrupted(site, folder):
+        raise KeyboardInterrupt
+
+    file = tmp_path / "site.toml"
+    file.write_text("[robot.anna]\n")
+    monkeypatch.setattr(__main__, "require_ports", lambda site: None)
+    monkeypatch.setattr(__main__, "certificate_files", interrupted)
+    assert __main__.main(["check", str(file)]) == 130

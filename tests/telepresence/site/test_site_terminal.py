@@ -43,7 +43,7 @@ file, unit, started = sys.argv[1:]
 page_socket = supervisor.page_socket
 supervisor.command = lambda robot, site, folder: [sys.executable, "-c", unit, str(page_socket(robot, folder)), started]
 stop = threading.Event()
-stop_on(stop, signal.SIGTERM, signal.SIGHUP)
+stop_on(stop, signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 folder = StationFolder()
 code = supervisor.run(read_site(Path(file)), folder, stop)
 folder.close()
@@ -117,3 +117,22 @@ def test_a_disk_that_is_full_or_a_terminal_without_the_letters_ends_nobody(home,
         require_a_site_that_works(home, wait_until)
     finally:
         processes.end(site)
+
+
+def test_ctrl_c_while_the_site_starts_ends_it_in_order(home, free_port, wait_until, monkeypatch):
+    caddy, judges, goes_on = home / "caddy", home / "judges", home / "goes on"
+    caddy.write_text(f"#!/bin/sh\ntouch '{judges}'\nwhile [ ! -e '{goes_on}' ]; do sleep 0.05; done\n")
+    caddy.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{home}:{os.environ['PATH']}")
+    terminal = Terminal(*words(home, free_port()))
+    try:
+        wait_until(judges.exists, "Caddy reads its configuration")
+        terminal.type("\3")
+        wait_until(lambda: "^C" in terminal.seen, "the terminal has sent the signal")
+        goes_on.touch()
+        wait_until(lambda: terminal.process.poll() is not None, "the site ends")
+        assert terminal.process.returncode == 0 and "Traceback" not in terminal.seen
+        assert not started(home), "no unit was started"
+    finally:
+        goes_on.touch()
+        terminal.close()

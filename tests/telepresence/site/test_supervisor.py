@@ -42,7 +42,8 @@ from telepresence.site.site_file import read_site
 file, unit = sys.argv[1:]
 page_socket = supervisor.page_socket
 supervisor.command = lambda robot, site, folder: [sys.executable, "-c", unit, str(page_socket(robot, folder))]
-site = supervisor.RunningSite(read_site(Path(file)), Path(file).parent, lambda text: None)
+site, folder = read_site(Path(file)), Path(file).parent
+site = supervisor.RunningSite(site, folder, supervisor.prepare(site, folder)[1], lambda text: None)
 while len(site._up) < 1:
     site.poll(0.05)
     time.sleep(0.05)
@@ -73,7 +74,7 @@ def started(monkeypatch, free_port):
             monkeypatch.setattr(supervisor, "command", command)
             robots = "".join(f"[robot.{robot}]\n" for robot in programs)
             site = parse_site(f"port = {free_port()}\nlogs = '{name}/logs'\n{robots}", folder)
-            sites.append(RunningSite(site, folder, said.append))
+            sites.append(RunningSite(site, folder, supervisor.prepare(site, folder)[1], said.append))
             return sites[0], site, said
 
         yield start
