@@ -42,7 +42,9 @@ def certificate_files(site: Site, folder: Path) -> Files:
     if site.certificate is not None:
         files = Files(site.certificate, site.key or site.certificate, folder)
     else:
-        made = server_files(Path.home() / ".config" / "telepresence" / "page", names_of(site), "site")
+        # Each site's own: a certificate for other names, in the same file, would be that of a site which runs.
+        file = "-".join(dict.fromkeys(("site", site.host[:100], site.address)))
+        made = server_files(Path.home() / ".config" / "telepresence" / "page", names_of(site), file)
         files = Files(*made, folder)
     try:
         own_context(files.certificate, files.key)

@@ -20,6 +20,17 @@ def test_a_certificate_that_is_none_is_named(tmp_path):
         proxy.certificate_files(site, tmp_path)
 
 
+def test_another_sites_certificate_leaves_that_of_a_running_one_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    here = proxy.certificate_files(parse_site("[robot.anna]", tmp_path), tmp_path)
+    before = here.certificate.read_bytes(), here.key.read_bytes()
+    long_name = f"{'a' * 60}.{'b' * 60}.{'c' * 60}.{'d' * 60}"
+    for other in ("address = '10.0.0.5'", "name = 'robots.example'", f"name = '{long_name}'"):
+        assert proxy.certificate_files(parse_site(f"{other}\n[robot.anna]", tmp_path), tmp_path) != here
+    assert (here.certificate.read_bytes(), here.key.read_bytes()) == before
+    assert proxy.certificate_files(parse_site("port = 9000\n[robot.ben]", tmp_path), tmp_path) == here
+
+
 @pytest.fixture
 def instead_of_caddy(tmp_path, monkeypatch) -> Callable[[str], None]:
     """Put a shell script in Caddy's place."""
