@@ -9,6 +9,7 @@ from typing import Any
 ARC_STEP = math.radians(10.0)
 """An arc is driven as straight pieces of this angle [rad]."""
 MAX_PIECES = 1000
+"""Lines, and straight pieces of arcs, that a trajectory may have in all its parts together."""
 
 Waypoint = tuple[float, float, float]
 
@@ -35,7 +36,12 @@ def read_trajectory(value: Any) -> list[Trajectory]:
     """
     name, *parts = _named(value, "a trajectory")
     if name == "Composed":
-        return [piece for part in _parts(parts) for piece in read_trajectory(part)]
+        composed: list[Trajectory] = []
+        for part in _parts(parts):
+            composed += read_trajectory(part)
+            if sum(len(piece.waypoints) for piece in composed) > MAX_PIECES:
+                raise BadTrajectory(f"a trajectory has at most {MAX_PIECES} pieces")
+        return composed
     if name != "Holonomic" or len(parts) != 3:
         raise BadTrajectory('a trajectory is ["Holonomic", path, theta, time] or ["Composed", trajectory, ...]')
     path, theta, duration = parts[0], _number(parts[1], "theta"), _number(parts[2], "time")

@@ -11,6 +11,8 @@ from pepper_sim.navigation.behaviours import NotMoved
 from pepper_sim.navigation.free_zone import find_free_zone
 from pepper_sim.navigation.trajectory import BadTrajectory, read_trajectory
 
+LINE = ["Holonomic", ["Line", [0.01, 0.0]], 0.0, 1.0]
+
 
 def test_the_robot_drives_around_a_post(navigation_in):
     navigation = navigation_in("empty")
@@ -63,11 +65,20 @@ def test_lines_and_circles_become_waypoints():
     assert composed.waypoints[-1] == (1.0, 1.0, 0.0)
 
 
+def test_a_trajectory_has_many_pieces():
+    assert len(read_trajectory(["Composed", *([LINE] * 1000)])) == 1000
+    half = ["Holonomic", ["Composed", *([["Line", [0.001, 0.0]]] * 500)], 0.0, 50.0]
+    assert len(read_trajectory(["Composed", half, half])) == 2
+    with pytest.raises(BadTrajectory, match="1000 pieces"):
+        read_trajectory(["Composed", half, half, LINE])
+
+
 @pytest.mark.parametrize(
     "value",
     [
         *(1.0, "Line", [], ["Line", [1.0, 0.0]], ["Holonomic", ["Line", [1.0]], 0.0, 1.0]),
         *(["Holonomic", ["Line", [1.0, 0.0]], 0.0, 0.0], ["Holonomic", ["Line", [math.nan, 0.0]], 0.0, 1.0]),
+        *(["Composed", *([LINE] * 1001)], ["Composed", *([["Composed", *([LINE] * 501)]] * 2)]),
         *(["Composed"], ["Holonomic", ["Circle", [0.0, 1.0], 1e9], 0.0, 1.0], ["Holonomic", ["Line", [1.0, 0.0]]]),
     ],
 )
