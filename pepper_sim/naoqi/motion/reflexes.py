@@ -46,8 +46,8 @@ class MotionReflexes:
 
     @remote("v(f)")
     def setOrthogonalSecurityDistance(self, securityDistance: float) -> None:
-        """Sets the distance kept ahead [m]."""
-        self._robot.security.orthogonal = within(securityDistance, 0.0, _MAX_DISTANCE, "securityDistance")
+        """Sets the distance kept ahead [m]; a negative one counts as 0."""
+        self._robot.security.orthogonal = _distance(securityDistance)
 
     @remote("f()")
     def getOrthogonalSecurityDistance(self) -> float:
@@ -56,8 +56,8 @@ class MotionReflexes:
 
     @remote("v(f)")
     def setTangentialSecurityDistance(self, securityDistance: float) -> None:
-        """Sets the distance kept beside [m]."""
-        self._robot.security.tangential = within(securityDistance, 0.0, _MAX_DISTANCE, "securityDistance")
+        """Sets the distance kept beside [m]; a negative one counts as 0."""
+        self._robot.security.tangential = _distance(securityDistance)
 
     @remote("f()")
     def getTangentialSecurityDistance(self) -> float:
@@ -136,3 +136,8 @@ class MotionReflexes:
     def _require_consent(self, enable: bool, argument: str) -> None:
         if not enable and not self._robot.consent.given:
             raise ServiceError(f"{argument}: {_CONSENT}")
+
+
+def _distance(distance: float) -> float:
+    """Return a security distance [m] as the robot takes it (NAOqi 2.8 documentation, reflexes-external-collision)."""
+    return within(0.0 if distance < 0.0 else distance, 0.0, _MAX_DISTANCE, "securityDistance")

@@ -11,7 +11,12 @@ def test_distances_act_on_the_robot(naoqi, refused):
     motion.setTangentialSecurityDistance(0.05)
     assert naoqi.robot.security.orthogonal == pytest.approx(0.2)
     assert motion.getTangentialSecurityDistance() == pytest.approx(0.05)
-    assert "securityDistance" in refused(motion.setOrthogonalSecurityDistance, -1.0)
+    motion.setOrthogonalSecurityDistance(-1.0)
+    motion.setTangentialSecurityDistance(-0.01)
+    assert motion.getOrthogonalSecurityDistance() == motion.getTangentialSecurityDistance() == 0.0
+    for method in (motion.setOrthogonalSecurityDistance, motion.setTangentialSecurityDistance):
+        assert "securityDistance" in refused(method, 100.0)
+        refused(method, float("nan"))
     motion.setOrthogonalSecurityDistance(0.4)
     motion.setTangentialSecurityDistance(0.1)
 
