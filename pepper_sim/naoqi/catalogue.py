@@ -74,6 +74,7 @@ class Catalogue:
         leds = ALLeds(robot, self._alarm)
         body = {**body_keys(robot.JOINTS), **leds.memory_keys()}
         self.memory = ALMemory(robot.snapshot, body, self.clients, robot.has_snapshot)
+        self.clients.on_gone(self.memory.forget_module)
         motion = ALMotion(robot, self.memory, self._watch, self._alarm)
         robot.world.on_reset(motion.restart)
         self.population = Population(robot, self.memory)

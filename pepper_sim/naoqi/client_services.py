@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import concurrent.futures
 import threading
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -74,6 +74,12 @@ class ClientServices:
     def exists(self, name: str) -> bool:
         """Whether a service of this name is registered now."""
         return name in self.names()
+
+    def on_gone(self, listener: Callable[[str], None]) -> None:
+        """Call `listener` with the name of each service that goes, with its client or by itself, on another thread; not
+        if somebody has registered that name again by then.
+        """
+        self._server.serviceUnregistered.connect(lambda _, name: None if self.exists(name) else listener(name))
 
     def is_own(self, name: str) -> bool:
         """Whether a service belongs to the robot itself."""

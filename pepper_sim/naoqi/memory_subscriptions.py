@@ -133,6 +133,8 @@ class MemorySubscriptions:
             topic.callbacks = [known for known in topic.callbacks if known.service != callback.service]
             topic.callbacks.append(callback)
         self._switch(topic, callback.service)
+        if not self._clients.exists(callback.service):  # its client has died meanwhile
+            self.unregisterModuleReference(callback.service)
 
     def _unsubscribe(self, event: str, service: str) -> None:
         with self._lock:

@@ -74,6 +74,10 @@ class ALMemory(Module):
 
     # --- for the other services --------------------------------------------------------------------------------------
 
+    def forget_module(self, name: str) -> None:
+        """Call a module at no event any more; extractors that ran for it alone end."""
+        self._subscriptions.unregisterModuleReference(name)
+
     def store(self, key: str, value: Any) -> None:
         """Write a value without raising an event, but for those that tell of new keys and of values of another type."""
         with self._lock:

@@ -106,6 +106,28 @@ def test_a_dead_callback_is_dropped(naoqi, connect, wait_until):
     wait_until(dropped, "the dead module was dropped")
 
 
+@pytest.mark.parametrize("end", ["dies", "unregisters"])
+def test_a_client_that_is_gone_is_called_at_no_event_and_its_extractor_ends(naoqi, connect, wait_until, end):
+    """No event comes at which the robot would notice."""
+
+    class Module:
+        def onEvent(self, *_):
+            """Called."""
+
+    client, module = connect(), Module()
+    number = client.registerService("LostModule", module)
+    for event in ("FaceDetected", "Test/NeverRaised"):
+        client.service("ALMemory").subscribeToEvent(event, "LostModule", "onEvent")
+    assert naoqi.ALMemory.getSubscribers("FaceDetected") == ["LostModule"]
+    assert [info[0] for info in naoqi.ALFaceDetection.getSubscribersInfo()] == ["LostModule"]
+    if end == "dies":
+        client.close()
+    else:
+        client.unregisterService(number)
+    wait_until(lambda: naoqi.ALFaceDetection.getSubscribersInfo() == [], "nobody wants faces any more")
+    assert naoqi.ALMemory.getSubscribers("FaceDetected") == naoqi.ALMemory.getSubscribers("Test/NeverRaised") == []
+
+
 @pytest.mark.parametrize("method", ["told", "isValid", "metaObject", "missing"])
 def test_a_callback_that_cannot_be_called_is_dropped_and_harms_nobody(qi, naoqi, connect, wait_until, method):
     """Whatever a client subscribes with, whoever raises the event and everybody else who is called notice nothing."""
