@@ -125,8 +125,9 @@ class Voice:
     def say(
         self, text: str, style: SpeechStyle, bookmarks: Sequence[tuple[int, int]] = ()
     ) -> concurrent.futures.Future:
-        """Queue a text; see Utterance. Cancelling the future takes it out of the queue."""
+        """Queue a text; see Utterance. Cancelling the future takes it out of the queue, or falls silent."""
         utterance = Utterance(text, style, bookmarks)
+        utterance.future.add_done_callback(lambda done: self._cancelled(utterance) if done.cancelled() else None)
         with self._changed:
             if self._closed:
                 utterance.future.set_result(False)
@@ -156,6 +157,11 @@ class Voice:
             self._changed.notify()
         self.stop()
         self._thread.join(timeout=5.0)
+
+    def _cancelled(self, utterance: Utterance) -> None:
+        with self._changed:
+            if self._current is utterance:
+                self._interrupt.set()
 
     def _run(self) -> None:
         while True:

@@ -1,5 +1,6 @@
 """The voice: real time, one text after the other, interruption."""
 
+import threading
 import time
 
 import numpy as np
@@ -68,6 +69,16 @@ def test_a_cancelled_text_is_not_said(voice):
     first.result(20)
     assert voice.say("three", SpeechStyle()).result(20) is True
     assert began == ["one", "three"]
+
+
+def test_cancelling_the_text_that_is_being_said_falls_silent(voice):
+    began, ended = threading.Event(), []
+    voice.on_begin, voice.on_end = lambda _: began.set(), ended.append
+    first = voice.say("a rather long sentence that takes its time", SpeechStyle())
+    assert began.wait(20)
+    first.cancel()
+    assert voice.say("two", SpeechStyle()).result(20) is True
+    assert ended == [True, False], "the first one was interrupted"
 
 
 def test_a_closed_voice_says_nothing(tmp_path):
