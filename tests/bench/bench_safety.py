@@ -17,7 +17,7 @@ from safety.trials import Trial, run_trials
 
 TITLES = {
     "infrared": "Robotino, nine infrared beams",
-    "measured": "Robotino, nine infrared beams, as slow as a real one over Wi-Fi",
+    "measured": "Robotino, as measured over Wi-Fi",
     "laser": "Robotino with a laser",
     "pepper": "Pepper's own sensors",
 }
