@@ -125,11 +125,14 @@ def test_the_programs_on_a_robotino_are_looked_for_at_its_address(address):
     assert addresses == {"192.168.0.1:8082", "192.168.0.1:8083", "192.168.0.1:8084"}
 
 
-def remappings_of(launch_file: Path, *settings: str) -> dict[str, dict[str, str]]:
-    """What each node's names are replaced by, by the node's name."""
+def transforms_of(launch_file: Path, *settings: str) -> dict[str, dict[str, str]]:
+    """What /tf and /tf_static are replaced by, by the node's name."""
     config = ROSLaunchConfig()
     XmlLoader(resolve_anon=True).load(str(launch_file), config, argv=list(settings), verbose=False)
-    return {node.name: dict(node.remap_args) for node in config.nodes}
+    return {
+        node.name: {name: other for name, other in node.remap_args if name in ("/tf", "/tf_static")}
+        for node in config.nodes
+    }
 
 
 AROUND = """<launch><remap from="/tf" to="/mine/tf" /><include file="{}" /></launch>"""
@@ -146,14 +149,14 @@ AROUND = """<launch><remap from="/tf" to="/mine/tf" /><include file="{}" /></lau
     ],
 )
 def test_two_robots_of_a_kind_can_have_transforms_of_their_own(tmp_path, file, publishers):
-    own = remappings_of(PACKAGES / file, "tf:=/r2/tf")
+    own = transforms_of(PACKAGES / file, "tf:=/r2/tf")
     for node in publishers:
         assert own[node] == {"/tf": "/r2/tf", "/tf_static": "/r2/tf_static"}, "all that speak of base_link"
-    usual = remappings_of(PACKAGES / file)
+    usual = transforms_of(PACKAGES / file)
     assert not any(usual[node] for node in publishers)
     around = tmp_path / "lab.launch"
     around.write_text(AROUND.format(PACKAGES / file))
-    assert all(remappings_of(around)[node] == {"/tf": "/mine/tf"} for node in publishers), "a lab's own remapping holds"
+    assert all(transforms_of(around)[node] == {"/tf": "/mine/tf"} for node in publishers), "a lab's own remapping holds"
 
 
 def test_the_line_of_rto_core_starts_our_station_in_the_root_namespace():
