@@ -29,9 +29,9 @@ LONGEST_LEAD = 1.0
 """[s]"""
 LOOKED = 3.0
 """What a beam met no longer ago than this is still remembered, however it was met [s]."""
-FIRST = 1.5
-"""From the middle to one side and then to the other takes this many sweeps, where the body has not turned that far
-lately for any other reason."""
+FIRST = 2.0
+"""From standing in the middle to one side and then to the other takes at most this many sweeps, where the body has not
+turned that far lately for any other reason."""
 
 
 class BodySwing:

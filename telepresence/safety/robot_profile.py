@@ -235,7 +235,7 @@ ROBOTINO = RobotProfile(
     Outline.disc(0.2266),  # hull of the Webots model
     _ROBOTINO_LIMITS,
     (INFRARED,),
-    Swing(gap=math.tau / 9, amplitude=0.384, rate=1.2, lead=0.29, sweep=1.2),
+    Swing(gap=math.tau / 9, amplitude=0.384, rate=1.2, lead=0.29, sweep=1.5),
 )
 """Robotino as delivered: nine infrared beams."""
 
