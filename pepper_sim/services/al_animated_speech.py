@@ -242,8 +242,7 @@ class _Performance:
             if said is None:
                 return True
             self._await(said)
-            status = service._memory.read("ALTextToSpeech/Status")
-            return not (isinstance(status, list | tuple) and status[-1:] == ["stopped"])
+            return not said.cancelled() and bool(said.result())
         finally:
             service._movement.end()
 

@@ -82,13 +82,14 @@ class ALTextToSpeech(Module):
         self._volume = 0.55
         self._parameters = {name: default for name, (_, _, default) in _PARAMETERS.items()}
         self._numbers = itertools.count(1)
-        self._number = 0
         self._index = 0
         """Number of the next word of the text that is being said."""
         self._marks: Sequence[tuple[int, int]] = ()
         """The bookmarks of that text."""
         self.synchroTTS = Signal("(m)")
+        """Raised at the end of what the robot says, before it listens: [s, us] of sound that is still to be played."""
         self.languageTTS = Signal("(s)")
+        """Raised with the locale of a new language."""
         memory.declare((f"ALTextToSpeech/{event}" for event in _INITIAL_VALUES), self.name)
         for event, value in _INITIAL_VALUES.items():
             memory.store(f"ALTextToSpeech/{event}", value)
@@ -104,7 +105,8 @@ class ALTextToSpeech(Module):
     @remote("v(s)", "v(ss)")
     def say(self, stringToSay: str, language: str = "") -> concurrent.futures.Future | None:
         """Says a text, optionally in another language; ends when it has been said or is interrupted."""
-        return self.speak(stringToSay, one_of(language or self._language, LANGUAGES, "language"))
+        said = self.speak(stringToSay, one_of(language or self._language, LANGUAGES, "language"))
+        return None if said is None else chained(said, lambda _: None)
 
     @remote("v(ss)")
     def sayToFile(self, pStringToSay: str, pFileName: str) -> concurrent.futures.Future:
@@ -119,13 +121,18 @@ class ALTextToSpeech(Module):
         self._voice.stop()
 
     def speak(self, text: str, language: str | None = None) -> concurrent.futures.Future | None:
-        """Queue a text, for other services; the future is done when it has been said. None for an empty text."""
+        """Queue a text, for other services; the future is done when it has been said (true) or was interrupted (false).
+        None for an empty text."""
         text, style, marks = self._prepare(text, language or self._language)
         if not text:
             return None
         if self._voice.waiting() >= MAX_QUEUE:
             raise ServiceError(f"{MAX_QUEUE} texts are already waiting")
-        return chained(self._voice.say(text, style, marks), lambda _: None)
+        number = next(self._numbers)
+        self._announce("Status", [number, "enqueued"])
+        said = self._voice.say(text, style, marks, number)
+        said.add_done_callback(lambda done: self._announce("Status", [number, _end_of(done)]))
+        return chained(said, lambda result: result)
 
     # --- settings ----------------------------------------------------------------------------------------------------
 
@@ -134,7 +141,7 @@ class ALTextToSpeech(Module):
         """Sets the language."""
         self._language = one_of(pLanguage, LANGUAGES, "pLanguage")
         self._voice_name = LANGUAGES[pLanguage].voice
-        self.languageTTS(pLanguage)
+        self.languageTTS(LANGUAGES[pLanguage].locale)
 
     @remote("s()")
     def getLanguage(self) -> str:
@@ -306,12 +313,11 @@ class ALTextToSpeech(Module):
             raise ServiceError(f"'{target.name}' cannot be written: {error.strerror}") from None
 
     def _begun(self, utterance: Utterance) -> None:
-        self._number = next(self._numbers)
         self._index, self._marks = 0, utterance.bookmarks
         self._announce("TextDone", False)
         self._announce("CurrentSentence", utterance.text)
         self._announce("TextStarted", True)
-        self._announce("Status", [self._number, "started"])
+        self._announce("Status", [utterance.number, "started"])
 
     def _word(self, word: str, position: int) -> None:
         for mark in [number for index, number in self._marks if index == self._index]:
@@ -329,7 +335,17 @@ class ALTextToSpeech(Module):
         if interrupted:
             self._announce("TextInterrupted", True)
         self._announce("TextDone", True)
-        self._announce("Status", [self._number, "stopped" if interrupted else "done"])
+        if self._voice.waiting() <= 1:  # this one
+            self.synchroTTS([0, 0])
 
     def _announce(self, event: str, value: object) -> None:
         self._memory.announce(f"ALTextToSpeech/{event}", value)
+
+
+def _end_of(text: concurrent.futures.Future) -> str:
+    """Return the last status of a text, which is said, was interrupted, or could not be said."""
+    if text.cancelled():
+        return "stopped"
+    if text.exception() is not None:
+        return "thrown"
+    return "done" if text.result() else "stopped"

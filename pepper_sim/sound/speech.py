@@ -43,15 +43,18 @@ class SpeechStyle:
 
 @dataclass
 class Utterance:
-    """A text in the queue; `future` is done when it has been said (true) or was interrupted (false).
+    """A text in the queue; `future` is done when it has been said (true) or was interrupted (false), or has the error
+    for which it could not be said.
 
     Attributes:
+        number: Its owner's.
         bookmarks: For whoever follows the words: how many are before each, and its number.
     """
 
     text: str
     style: SpeechStyle
     bookmarks: Sequence[tuple[int, int]] = ()
+    number: int = 0
     future: concurrent.futures.Future = field(default_factory=concurrent.futures.Future)
 
 
@@ -123,10 +126,10 @@ class Voice:
         self._thread.start()
 
     def say(
-        self, text: str, style: SpeechStyle, bookmarks: Sequence[tuple[int, int]] = ()
+        self, text: str, style: SpeechStyle, bookmarks: Sequence[tuple[int, int]] = (), number: int = 0
     ) -> concurrent.futures.Future:
         """Queue a text; see Utterance. Cancelling the future takes it out of the queue, or falls silent."""
-        utterance = Utterance(text, style, bookmarks)
+        utterance = Utterance(text, style, bookmarks, number)
         utterance.future.add_done_callback(lambda done: self._cancelled(utterance) if done.cancelled() else None)
         with self._changed:
             if self._closed:
@@ -171,20 +174,30 @@ class Voice:
                     return
                 utterance = self._current = self._queue.popleft()
                 self._interrupt.clear()
-            said = False
+            said, failure = False, None
             try:
                 if not utterance.future.cancelled():
                     said = self._speak(utterance)
-            except Exception:  # callbacks of the owner; one text that fails must not end the voice
+            except Exception as error:  # callbacks of the owner; one text that fails must not end the voice
                 log.exception("a text could not be said")
+                failure = error
             with self._changed:
                 self._current = None
-            _finish(utterance, said)
+            _finish(utterance, said, failure)
 
     def _speak(self, utterance: Utterance) -> bool:
         samples, rate = synthesise(utterance.text, utterance.style)
         write_wave(self.last_spoken, samples, rate)
         self.on_begin(utterance)
+        interrupted = True
+        try:
+            interrupted = self._play(utterance, samples, rate)
+        finally:
+            self.on_end(interrupted)
+        return not interrupted
+
+    def _play(self, utterance: Utterance, samples: np.ndarray, rate: int) -> bool:
+        """Play a text's samples; true if interrupted."""
         sound = self._loudspeaker.play(samples, rate, gain=utterance.style.volume)
         for moment, word, position in _words(utterance.text, len(samples) / rate):
             if self._wait_until(sound.start + moment):
@@ -193,17 +206,20 @@ class Voice:
         interrupted = self._wait_until(sound.end)
         if interrupted:
             self._loudspeaker.track.cut(sound)
-        self.on_end(interrupted)
-        return not interrupted
+        return interrupted
 
     def _wait_until(self, moment: float) -> bool:
         """Wait until `moment` [s, monotonic]; true if interrupted."""
         return self._interrupt.wait(max(0.0, moment - time.monotonic()))
 
 
-def _finish(utterance: Utterance, said: bool) -> None:
-    if utterance.future.set_running_or_notify_cancel():
+def _finish(utterance: Utterance, said: bool, failure: Exception | None = None) -> None:
+    if not utterance.future.set_running_or_notify_cancel():
+        return
+    if failure is None:
         utterance.future.set_result(said)
+    else:
+        utterance.future.set_exception(failure)
 
 
 def _words(text: str, duration: float) -> list[tuple[float, str, int]]:

@@ -1,5 +1,6 @@
 """ALTextToSpeech and ALAnimatedSpeech over the wire: real time, events, interruption."""
 
+import collections
 import time
 import wave
 
@@ -40,9 +41,9 @@ def test_events_tell_what_is_said(naoqi, speech, wait_until):
         subscriber.signal.connect(lambda value, event=event: received.append((event, value)))
         subscribers.append(subscriber)
     speech.say("Hello \\mrk=7\\ Pepper \\mrk=9\\")
-    states = ["started", "done"]
+    states = ["enqueued", "started", "done"]
     wait_until(
-        lambda: [value[1] for event, value in received if event == "Status"] == states, "both states were reported"
+        lambda: [value[1] for event, value in received if event == "Status"] == states, "all states were reported"
     )
     wait_until(lambda: ("TextDone", True) in received, "the end was reported")
     assert ("TextStarted", True) in received and ("CurrentSentence", "Hello Pepper") in received
@@ -88,6 +89,57 @@ def test_the_same_text_twice_has_bookmarks_twice(naoqi, speech, wait_until):
     for call in [speech.say(f"One \\mrk={number}\\ two", _async=True) for number in (1, 2)]:
         call.value(20_000)
     wait_until(lambda: sorted(marks) == [1, 2], "both were reported")
+
+
+@pytest.fixture
+def states(naoqi):
+    """Number of a text -> what ALTextToSpeech/Status has said of it."""
+    found = collections.defaultdict(list)
+    subscriber = naoqi.ALMemory.subscriber("ALTextToSpeech/Status")
+    subscriber.signal.connect(lambda value: found[value[0]].append(value[1]))
+    yield found
+
+
+def test_the_status_tells_of_every_text_what_becomes_of_it(naoqi, speech, states, wait_until):
+    calls = [speech.say("This sentence is long enough to be interrupted.", _async=True) for _ in range(2)]
+    wait_until(lambda: naoqi.ALMemory.getData("ALTextToSpeech/TextStarted"), "the robot speaks")
+    wait_until(lambda: len(states) == 2, "both texts have a number")
+    speech.stopAll()
+    for call in calls:
+        call.value(10_000)
+    wait_until(
+        lambda: [states[number] for number in sorted(states)]
+        == [["enqueued", "started", "stopped"], ["enqueued", "stopped"]],
+        "both were stopped",
+    )
+
+
+def test_a_text_that_cannot_be_said_is_an_error_and_not_the_last_one(
+    naoqi, simulation, speech, states, refused, monkeypatch, wait_until
+):
+    def broken(*_, **__):
+        raise OSError("the loudspeaker is broken")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(simulation.room.loudspeaker, "play", broken)
+        assert "broken" in refused(speech.say, "Hello")
+    wait_until(lambda: [*states.values()] == [["enqueued", "started", "thrown"]], "the failure was reported")
+    assert naoqi.ALMemory.getListData(["ALTextToSpeech/TextStarted", "ALTextToSpeech/TextDone"]) == [False, True]
+    speech.say("Hello")
+    wait_until(lambda: [*states.values()][-1] == ["enqueued", "started", "done"], "the next one was said")
+
+
+def test_signals_tell_of_a_new_language_and_when_the_robot_listens_again(speech, wait_until):
+    locales, ends = [], []
+    links = speech.languageTTS.connect(locales.append), speech.synchroTTS.connect(ends.append)
+    speech.setLanguage("German")
+    speech.setLanguage("English")
+    wait_until(lambda: locales == ["de_DE", "en_US"], "both languages were told")
+    for call in [speech.say(text, _async=True) for text in ("One two three four five.", "Six.")]:
+        call.value(20_000)
+    wait_until(lambda: [list(end) for end in ends] == [[0, 0]], "the end was told, once")
+    speech.languageTTS.disconnect(links[0])
+    speech.synchroTTS.disconnect(links[1])
 
 
 def test_other_services_answer_while_the_robot_speaks(naoqi, speech):
