@@ -7,6 +7,7 @@ the joints has precedence.
 
 from __future__ import annotations
 
+import bisect
 import random
 import re
 from collections.abc import Mapping
@@ -21,6 +22,7 @@ from pepper_sim.naoqi.tasks import Alarm
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_animation_player import ALAnimationPlayer
 from pepper_sim.services.al_memory import ALMemory
+from pepper_sim.sound.speech import words as spoken_words
 
 MODES = ("random", "contextual")
 NEUTRAL = "body language"
@@ -51,8 +53,8 @@ WORDS: Mapping[str, str] = {
     "please": "please",
 }
 """Tag -> words that are linked with it from the start; English, and our own choice."""
-_AHEAD = 40
-"""An animation may begin this many letters before its word."""
+_AHEAD = 7
+"""An animation may begin this many words before its word."""
 _WORD = re.compile(r"[\w'’]+|[?!]")
 
 
@@ -128,13 +130,15 @@ class ALSpeakingMovement(AutonomousAbility):
     # --- inside ------------------------------------------------------------------------------------------------------
 
     def _marks(self, text: str) -> list[tuple[int, str]]:
-        """Return position and tag of the words in the text that are linked with a tag."""
+        """Return the words in the text that are linked with a tag, a question mark with the word before it: number, as
+        ALTextToSpeech counts words, and tag."""
+        starts = [start for _, start in spoken_words(text)]
         marks = []
         for match in _WORD.finditer(text):
             word = match.group()
             tag = self._added.get(word.lower()) or _LINKS.get(word.lower())
             if tag is not None and self._animations.tagged(tag):
-                marks.append((match.start(), tag))
+                marks.append((max(0, bisect.bisect_right(starts, match.start()) - 1), tag))
         return marks
 
     def _choose(self, text: str, marks: list[tuple[int, str]]) -> str:

@@ -115,6 +115,22 @@ def test_words_are_linked_with_tags(naoqi, refused, simulation, wait_until):
     assert all(player.tagged(tag) for tag in (*WORDS, NEUTRAL)), "every tag has an animation"
 
 
+def test_a_word_late_in_a_text_has_its_animation_when_its_turn_comes(simulation):
+    services = {service.name: service for service in simulation.server.catalogue.services}
+    movement, player, memory = (services[f"AL{name}"] for name in ("SpeakingMovement", "AnimationPlayer", "Memory"))
+    text = "Pepper-like robots stand " * 8 + "hello"
+    assert movement._marks(f"{text}?") == [(24, "hello"), (24, "interrogative")]
+
+    def animation_at(word):
+        memory.store("ALTextToSpeech/CurrentWord", "stand")
+        memory.store("ALTextToSpeech/PositionOfCurrentWord", word)
+        return movement._choose(text, movement._marks(text))
+
+    of_the_word = set(player.tagged("hello")) - set(player.tagged(NEUTRAL))
+    assert animation_at(3) not in of_the_word and animation_at(22) in of_the_word
+    memory.store("ALTextToSpeech/CurrentWord", "")
+
+
 def test_a_text_that_follows_another_one_at_once_is_said_once(simulation, wait_until):
     services = {service.name: service for service in simulation.server.catalogue.services}
     speech, heard, following = services["ALAnimatedSpeech"], [], []
