@@ -72,11 +72,12 @@ class Chromium:
         on_console: Callable[[str], None] = lambda text: None,
     ) -> None:
         self._robot_files, self._on_event, self._on_console = robot_files, on_event, on_console
+        self._starting = threading.Lock()  # held for up to a minute: nobody who opens a page may wait for it
         self._lock = threading.Lock()
         self._tools: DevTools | None = None
         self._view: ChromiumView | None = None
         self._answered = 0.0
-        self._pause = threading.Event()  # set when closing: ends the pauses between pictures
+        self._closing = threading.Event()  # also ends the pauses between pictures
 
     def open(self, url: str, layer: Layer, events: Events) -> ChromiumView:
         view = ChromiumView(self, url, layer, events)
@@ -94,8 +95,8 @@ class Chromium:
         return False
 
     def close(self) -> None:
-        self._pause.set()
-        with self._lock:
+        self._closing.set()
+        with self._starting, self._lock:
             tools, self._tools = self._tools, None
             self._view = None
         if tools is not None:
@@ -107,18 +108,31 @@ class Chromium:
         Raises:
             BrowserError: It does not start.
         """
-        with self._lock:
-            if self._view is not view:
-                return None
-            if self._tools is not None and not self._tools.alive:
-                self._tools.close()
+        with self._starting:
+            with self._lock:
+                if self._view is not view or self._closing.is_set():
+                    return None
+                tools = self._tools
+                if tools is not None and tools.alive:
+                    return tools
                 self._tools = None
-            if self._tools is None:
-                self._tools = self._start()
-            return self._tools
+            if tools is not None:
+                tools.close()
+            started = self._start()
+            with self._lock:
+                self._tools = started
+                return started if self._view is view else None
 
     def _start(self) -> DevTools:
         tools = DevTools(self._handle, niceness=BEHIND_PHYSICS)
+        try:
+            self._prepare(tools)
+        except BrowserError:
+            tools.close()
+            raise
+        return tools
+
+    def _prepare(self, tools: DevTools) -> None:
         size = {"width": TABLET_WIDTH, "height": TABLET_HEIGHT}
         tools.call("Emulation.setDeviceMetricsOverride", **size, deviceScaleFactor=1, mobile=False)
         tools.call("Emulation.setUserAgentOverride", userAgent=USER_AGENT)
@@ -128,7 +142,6 @@ class Chromium:
         tools.call("Page.addScriptToEvaluateOnNewDocument", source=_PAGE_OBJECTS)
         tools.call("Fetch.enable", patterns=[{"urlPattern": f"http://{ROBOT_HOST}/*"}])
         tools.call("Page.startScreencast", format="jpeg", quality=80, maxWidth=SCREEN_WIDTH, maxHeight=SCREEN_HEIGHT)
-        return tools
 
     def _handle(self, method: str, params: dict[str, Any]) -> None:
         """Handle an event of the browser, on the reader's thread."""
@@ -137,7 +150,7 @@ class Chromium:
             if view is not None:
                 view.show(base64.b64decode(params["data"]))
             # Chromium sends the next picture only after this answer: delaying it limits the rate.
-            self._pause.wait(max(0.0, self._answered + PERIOD - time.monotonic()))
+            self._closing.wait(max(0.0, self._answered + PERIOD - time.monotonic()))
             self._answered = time.monotonic()
             if tools is not None:
                 tools.post("Page.screencastFrameAck", sessionId=params["sessionId"])

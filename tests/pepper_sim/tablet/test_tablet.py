@@ -5,11 +5,14 @@ from __future__ import annotations
 import socket
 import threading
 import time
+from collections.abc import Iterator
 
 import cv2
 import numpy as np
 import pytest
 
+from pepper_sim.tablet import chromium
+from pepper_sim.tablet.devtools import BrowserError
 from pepper_sim.tablet.tablet import Tablet
 
 RED = (255, 0, 0)
@@ -41,6 +44,58 @@ def test_letterboxes_a_narrow_picture_on_the_background(site, glass, encoded) ->
     assert tuple(screen[200, 10]) == BLUE and tuple(screen[200, 630]) == BLUE
     assert tuple(screen[0, 320]) == RED and tuple(screen[399, 320]) == RED
     assert (screen[200] == RED).all(axis=1).sum() == 533
+
+
+class SlowBrowser:
+    """Stands for a Chromium that starts when it is told to, and never loads a page."""
+
+    alive = True
+
+    def __init__(self, *_: object, **__: object) -> None:
+        self.begun.set()
+        assert self.may_start.wait(60)
+
+    def call(self, method: str, **_: object) -> dict:
+        if method == self.refused:
+            raise BrowserError(method)
+        return {}
+
+    def close(self) -> None:
+        self.closed.set()
+
+
+@pytest.fixture
+def slow_browser(monkeypatch) -> Iterator[type[SlowBrowser]]:
+    for event in ("begun", "may_start", "closed"):
+        monkeypatch.setattr(SlowBrowser, event, threading.Event(), raising=False)
+    monkeypatch.setattr(SlowBrowser, "refused", "", raising=False)
+    monkeypatch.setattr(chromium, "DevTools", SlowBrowser)
+    yield SlowBrowser
+    SlowBrowser.may_start.set()
+
+
+def test_the_tablet_is_used_while_its_browser_starts(slow_browser, make_glass, eventually) -> None:
+    glass = make_glass("chromium")
+    glass.open("http://127.0.0.1/first")
+    assert slow_browser.begun.wait(30)
+
+    def use() -> None:
+        glass.open("http://127.0.0.1/second")
+        glass.tablet.hide_webview()
+
+    using = threading.Thread(target=use)
+    using.start()
+    waited = not eventually(lambda: not using.is_alive(), timeout=10)
+    slow_browser.may_start.set()
+    using.join()
+    assert not waited
+
+
+def test_a_browser_that_refuses_its_first_request_is_ended(slow_browser, make_glass) -> None:
+    slow_browser.refused = "Page.enable"
+    slow_browser.may_start.set()
+    make_glass("chromium").open("http://127.0.0.1/")
+    assert slow_browser.closed.wait(30)
 
 
 @pytest.mark.parametrize(
