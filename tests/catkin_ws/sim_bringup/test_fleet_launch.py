@@ -7,7 +7,10 @@ import re
 import subprocess
 from pathlib import Path
 
+import pytest
+import yaml
 from simulation import scaling_figures
+from telepresence_ros.robot_state import read_joints
 
 from telepresence.sim.simulation import parse_robots
 
@@ -28,6 +31,26 @@ def test_every_robot_of_a_fleet_has_drivers_in_a_namespace_of_its_own(workspace_
     for name in ("robotino_1", "robotino_2", "robotino_3"):
         assert {f"/{name}/rto_core", f"/{name}/rto_odometry", f"/{name}/safe_omni_drive"} <= set(nodes)
     assert len(nodes) == len(set(nodes)) and not any("_4" in node for node in nodes)
+
+
+@pytest.mark.parametrize(
+    ("robot", "publisher", "frames"),
+    [
+        ("robotino_2", "rto_publisher", ("base_link", "distance_sensors_link", "camera_optical_frame", "laser_link")),
+        (
+            "pepper_2",
+            "pepper_publisher",
+            ("base_link", "base_footprint", "CameraTop_optical_frame", "SonarFront_frame"),
+        ),
+    ],
+)
+def test_the_frames_of_every_robot_are_in_its_own_tree(workspace_environment, robot, publisher, frames):
+    words = ("n:=4", "kind:=mixed")
+    assert f"/{robot}/{publisher}" in roslaunch(workspace_environment, "--nodes", *words).split()
+    description = roslaunch(workspace_environment, "--dump-params", *words)
+    joints = read_joints(yaml.safe_load(description)[f"/{robot}/robot_description"])
+    assert set(frames) <= {name for joint in joints for name in (joint.parent, joint.child)}
+    assert publisher not in roslaunch(workspace_environment, "--nodes", *words, "bodies:=false")
 
 
 def test_the_simulator_is_told_of_all_of_them(workspace_environment):
