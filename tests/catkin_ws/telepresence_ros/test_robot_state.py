@@ -38,19 +38,19 @@ def test_quaternions_turn_as_matrices_do(first, second):
 
 def test_joints_turn_slide_and_follow():
     stamp = rospy.Time(5)
-    body = BodyState(read_joints(ARM), prefix="/left/")
+    body = BodyState(read_joints(ARM))
     found = {m.child_frame_id: m for m in body.moving({"elbow": 0.6, "slide": 0.05, "unknown": 1.0}, stamp)}
-    assert set(found) == {"left/lower", "left/finger", "left/thumb"}
-    elbow = found["left/lower"]
-    assert elbow.header.frame_id == "left/upper" and elbow.header.stamp == stamp
+    assert set(found) == {"lower", "finger", "thumb"}
+    elbow = found["lower"]
+    assert elbow.header.frame_id == "upper" and elbow.header.stamp == stamp
     assert [getattr(elbow.transform.translation, i) for i in "xyz"] == [0.1, 0.2, 0.3]
     turned = np.array([getattr(elbow.transform.rotation, i) for i in "xyzw"])
     assert rotated(turned, np.array([1.0, 0, 0])) == pytest.approx([np.cos(0.6), 0, np.sin(0.6)], abs=1e-6)
-    slid = found["left/finger"].transform.translation
+    slid = found["finger"].transform.translation
     assert [slid.x, slid.y, slid.z] == pytest.approx([0, 0.05, 0], abs=1e-6)
-    thumb = found["left/thumb"].transform.rotation
+    thumb = found["thumb"].transform.rotation
     assert 2 * np.arctan2(thumb.y, thumb.w) == pytest.approx(0.5 - 2 * 0.6)
-    assert [m.child_frame_id for m in body.fixed] == ["left/cover"]
+    assert [m.child_frame_id for m in body.fixed] == ["cover"]
 
 
 def test_what_is_no_number_moves_nothing():
@@ -61,3 +61,14 @@ def test_what_is_no_number_moves_nothing():
 def test_what_is_no_urdf_is_refused(text):
     with pytest.raises(ValueError, match="robot_description"):
         read_joints(text)
+
+
+@pytest.mark.ros
+def test_a_prefix_that_the_drivers_do_not_use_splits_no_tree(graph, until_true):
+    graph.run("rosparam", "set", "/p/robot_description", ARM).process.wait(30)
+    graph.run("rosparam", "set", "/p/tf_prefix", "left").process.wait(30)
+    probe = graph.probe()
+    probe.watch("/tf_static", "tf2_msgs/TFMessage", ["transforms.0.header.frame_id", "transforms.0.child_frame_id"])
+    with graph.run(str(graph.workspace / "lib/telepresence_ros/robot_state_publisher"), "__ns:=/p") as publisher:
+        publisher.wait_for("tf_prefix is not used; .*tf:=/left/tf")
+        assert probe.newest("/tf_static") == ["lower", "cover"]

@@ -2,12 +2,13 @@
 
 Subscribes: joint_states (sensor_msgs/JointState).
 Publishes:  /tf (tf2_msgs/TFMessage): joints that move; /tf_static (latched): those that do not.
-Parameters: robot_description: URDF, searched for upwards; tf_prefix (""), likewise; ~publish_frequency (50): at most
-            [Hz]; ~ignore_timestamp (false): publish for every message; ~use_tf_static (true): false repeats the fixed
-            joints on /tf, at the same rate.
+Parameters: robot_description: URDF, searched for upwards; ~publish_frequency (50): at most [Hz]; ~ignore_timestamp
+            (false): publish for every message; ~use_tf_static (true): false repeats the fixed joints on /tf, at the
+            same rate.
 
 The same topics and parameters as roscpp's robot_state_publisher, which it replaces: that one listens on every address
-of the machine whatever ROS_IP says.
+of the machine whatever ROS_IP says. Only tf_prefix is not read: drivers and sensors do not put it before their frames,
+so half a tree would carry it. Several robots have a topic tf each.
 """
 
 from __future__ import annotations
@@ -134,11 +135,10 @@ class BodyState:
 
     Args:
         joints: Of the robot.
-        prefix: Put before the names of frames, with a slash; may be empty.
     """
 
-    def __init__(self, joints: list[Joint], prefix: str = "") -> None:
-        self._messages = {joint.name: _message(joint, prefix.strip("/")) for joint in joints}
+    def __init__(self, joints: list[Joint]) -> None:
+        self._messages = {joint.name: _message(joint) for joint in joints}
         self._moving = {joint.name: joint for joint in joints if joint.kind != "fixed"}
         self._followers = [joint for joint in self._moving.values() if joint.mimic[0]]
         self.fixed = [self._messages[joint.name] for joint in joints if joint.kind == "fixed"]
@@ -162,11 +162,9 @@ class BodyState:
         return found
 
 
-def _message(joint: Joint, prefix: str) -> TransformStamped:
+def _message(joint: Joint) -> TransformStamped:
     message = TransformStamped()
-    message.header.frame_id, message.child_frame_id = (
-        f"{prefix}/{name}" if prefix else name for name in (joint.parent, joint.child)
-    )
+    message.header.frame_id, message.child_frame_id = joint.parent, joint.child
     _fill(message, joint.origin, joint.rotation)
     return message
 
@@ -185,7 +183,9 @@ class RobotState(Node):
             joints = read_joints(str(_searched("robot_description", "")))
         except ValueError as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
-        self._body = BodyState(joints, str(_searched("tf_prefix", "")))
+        if prefix := str(_searched("tf_prefix", "")):
+            rospy.logwarn("tf_prefix is not used; for transforms of this robot's own:  tf:=/%s/tf", prefix.strip("/"))
+        self._body = BodyState(joints)
         self._period = rospy.Duration.from_sec(1.0 / max(1e-3, float(rospy.get_param("~publish_frequency", FREQUENCY))))
         self._every_message = bool(rospy.get_param("~ignore_timestamp", False))
         self._published: dict[str, rospy.Time] = {}
