@@ -24,8 +24,8 @@ import rospy
 from naoqi_driver.connection import CallRefused, RobotUnreachable
 from naoqi_driver.naoqi_node import NaoqiNode
 from pepper_sensors.camera import CAMERAS, Camera, CameraPicture, RobotClock
-from pepper_sensors.camera_model import CameraModel, pinhole, read_calibration
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from telepresence_ros.camera_model import CameraModel, pinhole, read_calibration
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.node import ROBOT_PATIENCE
 

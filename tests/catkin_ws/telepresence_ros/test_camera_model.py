@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
-from pepper_sensors.camera_model import pinhole, read_calibration
+from telepresence_ros.camera_model import pinhole, read_calibration
 
 CONFIG = Path(__file__).resolve().parents[3] / "catkin_ws" / "src" / "pepper_sensors_py" / "config"
 
