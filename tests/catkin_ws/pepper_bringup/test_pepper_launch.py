@@ -24,3 +24,12 @@ def test_the_poses_find_the_robot_in_its_namespace(roslaunch_says, space, mark):
 def test_a_namespace_from_the_environment_stands_in_names_once(roslaunch_says, file):
     nodes = roslaunch_says("--nodes", "pepper_bringup", file, ROS_NAMESPACE="p1").split()
     assert "/p1/pepper_robot/pepper_laser" in nodes and all(node.count("p1") == 1 for node in nodes), nodes
+
+
+@pytest.mark.parametrize("file", ["pepper_full.launch", "tele_pepper.launch", "tele_pepper_ros.launch"])
+def test_calibration_files_reach_their_cameras(roslaunch_says, file):
+    words = ("calibration_file_top:=/top.yaml", "calibration_file_bottom:=/bottom.yaml")
+    parameters = yaml.safe_load(roslaunch_says("--dump-params", "pepper_bringup", file, *words))
+    camera = "/pepper_robot/camera/"
+    assert parameters[f"{camera}front/calibration_file_top"] == "/top.yaml"
+    assert parameters[f"{camera}bottom/calibration_file_bottom"] == "/bottom.yaml"
