@@ -4,8 +4,8 @@ Asks /cam0 only while somebody subscribes. A picture that cannot be had is no er
 
 Publishes:  image_raw (sensor_msgs/Image, bgr8), image_raw/compressed (sensor_msgs/CompressedImage, as it came), both
             newest only; camera_info; /diagnostics.
-Parameters: ~hostname, ~rate (15) [Hz], ~frame_id (camera_optical_frame), ~focal_length (526.4) [px at a width of 640]:
-            the vendor's calibration of a Logitech C905; its default for other cameras is 664.2 (camd2).
+Parameters: ~hostname, ~rate (15) [Hz], ~frame_id (camera_optical_frame), ~calibration_file: of camera_calibration;
+            without one ~focal_length (526.4) [px at a width of 640], see `camera_calibration`.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.node import ROBOT_PATIENCE, Node
 
+from rto_node.camera_calibration import CameraCalibration
 from rto_node.client import RobotinoClient
 from rto_node.link import Link, find_address
 from telepresence.video.images import fill_image_message
 from telepresence.video.jpeg import decode_jpeg
 
-CALIBRATED_WIDTH = 640
 IDLE_PERIOD = 0.2
 """Seconds between two checks for subscribers."""
 
@@ -34,7 +34,7 @@ class CameraNode:
         self._link = Link(address)
         self._period = 1.0 / float(rospy.get_param("~rate", 15.0))
         self._frame = rospy.get_param("~frame_id", "camera_optical_frame")
-        self._focal_length = float(rospy.get_param("~focal_length", 526.4))
+        self._calibration = CameraCalibration()
         self._image = rospy.Publisher("image_raw", Image, queue_size=1)
         self._compressed = rospy.Publisher("image_raw/compressed", CompressedImage, queue_size=1)
         self._info = rospy.Publisher("camera_info", CameraInfo, queue_size=1)
@@ -78,18 +78,7 @@ class CameraNode:
         image = fill_image_message(Image(), pixels, "bgr8")
         image.header.stamp, image.header.frame_id = stamp, self._frame
         self._image.publish(image)
-        self._info.publish(self._camera_info(image))
-
-    def _camera_info(self, image: Image) -> CameraInfo:
-        info = CameraInfo()
-        info.header, info.width, info.height = image.header, image.width, image.height
-        f = self._focal_length * image.width / CALIBRATED_WIDTH
-        cx, cy = image.width / 2, image.height / 2
-        info.distortion_model, info.D = "plumb_bob", [0.0] * 5
-        info.K = [f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0]
-        info.R = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-        info.P = [f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
-        return info
+        self._info.publish(self._calibration.info(image))
 
 
 def main() -> int:

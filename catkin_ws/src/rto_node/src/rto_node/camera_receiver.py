@@ -3,13 +3,15 @@
 Receives while somebody subscribes; the newest picture only. Reconnects automatically.
 
 Publishes:  img_raw (sensor_msgs/Image, bgr8; stamped with the time taken if ~measure and the clocks agree, else with
-            the time of arrival); camera_state (std_msgs/String, latched): "live", "idle", "no picture: <why>",
-            "waiting: <for what>"; picture_age (std_msgs/Float32 [s], with ~measure); /diagnostics.
+            the time of arrival); img_raw/camera_info; camera_state (std_msgs/String, latched): "live", "idle",
+            "no picture: <why>", "waiting: <for what>"; picture_age (std_msgs/Float32 [s], with ~measure);
+            /diagnostics.
 Parameters: ~sender (127.0.0.1): host, host:port or http://host:port; the port is 8083 unless given; ~frame_id
-            (camera_optical_frame); ~measure (false): ask for pictures that carry the time they were taken, in blocks at
-            their lower edge, and report their age; ~signaling ("http", or "copy-paste": the offer is read from this
-            terminal and the answer printed, as the Robotino guide has it); ~address (all but loopback): of this
-            machine, for copy and paste: the fewer addresses, the shorter the line.
+            (camera_optical_frame); ~calibration_file, ~focal_length: see `camera_calibration`; ~measure (false): ask
+            for pictures that carry the time they were taken, in blocks at their lower edge, and report their age;
+            ~signaling ("http", or "copy-paste": the offer is read from this terminal and the answer printed, as the
+            Robotino guide has it); ~address (all but loopback): of this machine, for copy and paste: the fewer
+            addresses, the shorter the line.
 """
 
 from __future__ import annotations
@@ -20,11 +22,12 @@ import time
 import av
 import numpy as np
 import rospy
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Float32, String
 from telepresence_ros.diagnostics import ERROR, OK, Diagnostics
 from telepresence_ros.node import Node
 
+from rto_node.camera_calibration import CameraCalibration
 from rto_node.link import REMINDER_PERIOD
 from rto_node.webrtc_camera import WebrtcCamera, receive_by_copy_and_paste
 from telepresence.start_patience import StartPatience
@@ -47,7 +50,9 @@ class CameraReceiver:
         self._node = Node("rto_camera_receiver")
         self._frame = rospy.get_param("~frame_id", "camera_optical_frame")
         self._measure = bool(rospy.get_param("~measure", False))
+        self._calibration = CameraCalibration()
         self._image = rospy.Publisher("img_raw", Image, queue_size=1)
+        self._info = rospy.Publisher("img_raw/camera_info", CameraInfo, queue_size=1)
         self._state = rospy.Publisher("camera_state", String, queue_size=1, latch=True)
         self._age = rospy.Publisher("picture_age", Float32, queue_size=1) if self._measure else None
         self._reported, self._reported_due, self._reminder = "", 0.0, 0.0
@@ -76,7 +81,7 @@ class CameraReceiver:
         sequence, counted_at, counted, due = 0, time.monotonic(), 0, 0.0
         while not self._node.stop.is_set():
             heartbeat.beat()
-            watched = self._image.get_num_connections() > 0 or self._measure
+            watched = self._measure or any(topic.get_num_connections() for topic in (self._image, self._info))
             camera.want(watched)
             picture = camera.image.wait_newer(sequence, LOOK_PERIOD)
             if picture is not None:
@@ -125,6 +130,8 @@ class CameraReceiver:
         message = fill_image_message(Image(), pixels, "bgr8")
         message.header.stamp, message.header.frame_id = rospy.Time.from_sec(stamp), self._frame
         self._image.publish(message)
+        if self._info.get_num_connections():
+            self._info.publish(self._calibration.info(message))
 
     def _report(self, now: float, state: str) -> None:
         if state == self._reported and now < self._reported_due:

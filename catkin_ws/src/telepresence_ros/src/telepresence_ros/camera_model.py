@@ -62,6 +62,14 @@ def pinhole(width: int, height: int, angles: Sequence[float]) -> CameraModel:
     return CameraModel(width, height, "plumb_bob", (0.0,) * 5, k, IDENTITY, p)
 
 
+def centred(width: int, height: int, focal_length: float) -> CameraModel:
+    """Return an ideal camera that looks through the middle of its picture; the focal length in [px]."""
+    f, cx, cy = focal_length, width / 2, height / 2
+    k = (f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0)
+    p = (f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
+    return CameraModel(width, height, "plumb_bob", (0.0,) * 5, k, IDENTITY, p)
+
+
 def read_calibration(path: Path) -> CameraModel:
     """The camera of a calibration file.
 
