@@ -15,7 +15,7 @@ from pathlib import Path
 from telepresence.page.proxy import SOCKET
 from telepresence.site import container
 from telepresence.site.site_file import Site, SiteError, Unit
-from telepresence.station.launch_settings import require_free
+from telepresence.station.launch_settings import allow_port, require_free
 from telepresence.station.pilot_page import PILOT_PAGE_KEY, SITE
 from telepresence.switch import is_on
 
@@ -80,8 +80,12 @@ def require_ports(site: Site) -> None:
         address = site.address if (port, udp) == (site.port, TCP) else "127.0.0.1"
         try:
             require_free(port, "", "", udp, address)
-        except RuntimeError:
+        except RuntimeError as refusal:
             kind = "udp" if udp else "tcp"
+            if isinstance(refusal.__cause__, PermissionError):
+                raise SiteError(
+                    f"{kind} port {port}, {who}, is not for everybody: {allow_port(port)}, or choose another one"
+                ) from None
             raise SiteError(
                 f"{kind} port {port} of {address}, {who}, cannot be had: another program has it, or this "
                 "computer has no such address. Choose another one in the file, or another first_port"

@@ -118,17 +118,28 @@ def drive_ports(robot: str, settings: dict[str, str], simulated: bool) -> list[D
 
 
 def require_free(port: int, argument: str, purpose: str, udp: bool = False, address: str = "127.0.0.1") -> None:
-    """Raise RuntimeError when the port is in use already at this address of this machine."""
+    """Raise RuntimeError, from the system's error, when the port of this address of this machine cannot be had."""
     with socket.socket(type=socket.SOCK_DGRAM if udp else socket.SOCK_STREAM) as probe:
         if not udp:  # of tcp, connections that have ended may linger there
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((address, port))
-        except OSError:
+        except PermissionError as error:
+            raise RuntimeError(
+                f"{'udp ' if udp else ''}port {port}, wanted for {purpose}, is not for everybody: {allow_port(port)}, "
+                f"or choose another one with {argument}:=<port>"
+            ) from error
+        except OSError as error:
             raise RuntimeError(
                 f"{'udp ' if udp else ''}port {port}, wanted for {purpose}, is taken: another ./stack up may be "
                 f"running. Choose another one with {argument}:=<port>"
-            ) from None
+            ) from error
+
+
+def allow_port(port: int) -> str:
+    """Return how an administrator lets every user have this port and those above: ip(7), which keeps those below 1024
+    for root."""
+    return f"allow it by  sudo sysctl net.ipv4.ip_unprivileged_port_start={port}"
 
 
 def port_setting(settings: dict[str, str], name: str, default: int) -> int:

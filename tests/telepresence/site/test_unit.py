@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import socket
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 from telepresence.site.site_file import Site, SiteError, parse_site
 from telepresence.site.unit import command, environment, log_folder, ports_of, require_ports, signs_in, socket_of
+from telepresence.station import launch_settings
 from telepresence.station.up import parse
 
 HERE = Path("/nowhere")
@@ -101,3 +103,18 @@ def test_a_port_that_is_taken_or_wanted_twice_is_named(free_port):
         require_ports(site_of("port = 9000\n[robot.anna]\nsettings = {nao_port = 9000}"))
     with pytest.raises(SiteError, match="nao_port = x is no port"):
         require_ports(site_of("[robot.anna]\nsettings = {nao_port = 'x'}"))
+
+
+def test_a_port_that_is_the_administrators_is_named_with_what_allows_it(monkeypatch):
+    class Probe(socket.socket):
+        def bind(self, address):
+            raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(launch_settings.socket, "socket", Probe)
+    allows = r"allow it by  sudo sysctl net\.ipv4\.ip_unprivileged_port_start=443, or choose"
+    with pytest.raises(SiteError, match=rf"tcp port 443, the site's port, is not for everybody: {allows}"):
+        require_ports(site_of("port = 443\n[robot.anna]"))
+    with pytest.raises(
+        RuntimeError, match=rf"port 443, wanted for the pilot's page, is not .*: {allows} .* page:=<port>"
+    ):
+        launch_settings.require_free(443, "page", "the pilot's page")
