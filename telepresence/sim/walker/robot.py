@@ -5,6 +5,7 @@ Conventions: x forward, y left, z up, counter-clockwise positive (REP 103). Meth
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from telepresence.sim.walker.body import PREFIX, joint_names, standing_angles
 from telepresence.sim.walker.gait import GAITS, TROT, GaitController
 from telepresence.sim.walker.kinematics import FOOT_RADIUS, LEGS, feet_at, joint_angles
 from telepresence.sim.world import World
+
+log = logging.getLogger(__name__)
 
 CYCLE = 0.01
 """Period of sensing and control [s]."""
@@ -270,15 +273,17 @@ class Walker:
         self._last_places = places
         # A foot's own sensor, because it meets the ground later than the gait wants it to.
         down = self._contacts(data)
-        if not down.any():
-            return
         turned = wrap_angle(self._yaw - last_yaw)
-        x, y = feet[down, 0], feet[down, 1]
-        dx = float(np.mean(-moved[down, 0] + turned * y))
-        dy = float(np.mean(-moved[down, 1] - turned * x))
+        dx = dy = 0.0
+        if down.any():
+            x, y = feet[down, 0], feet[down, 1]
+            dx = float(np.mean(-moved[down, 0] + turned * y))
+            dy = float(np.mean(-moved[down, 1] - turned * x))
         c, s = math.cos(self._yaw), math.sin(self._yaw)
         ox, oy, _ = self._odometry
         self._odometry = (ox + c * dx - s * dy, oy + s * dx + c * dy, self._yaw)
+        if self._gait.walking and not down.any():  # a trot leaves the ground for a moment, and goes on meanwhile
+            return
         vx, vy, wz = self._velocity
         blend = 0.1  # of a new reading: a step's jerks are no motion of the robot
         self._velocity = (
@@ -288,6 +293,7 @@ class Walker:
         )
 
     def _fall(self, data: mujoco.MjData) -> None:
+        log.warning("%s has fallen and lies limp until the world is restarted", self.prefix.rstrip("/"))
         self._fallen = True
         self._gait.freeze()
         self._set_strength(0.05)

@@ -100,15 +100,19 @@ def test_the_same_seed_walks_the_same_way(stepped: Callable):
     assert ends[0] == ends[1]
 
 
-def test_a_walker_on_its_back_says_so_goes_limp_and_a_restart_puts_it_on_its_feet(stepped: Callable):
+def test_a_walker_on_its_back_says_so_goes_limp_and_a_restart_puts_it_on_its_feet(stepped: Callable, caplog):
     robot = stepped()
+    robot.walk(0.25, 0.0, 0.0, 1.0)
+    assert robot.walker.snapshot().velocity[0] > 0.1
     start = robot.world.model.joint("walker/root").qposadr[0]
     with robot.world.locked() as data:
         data.qpos[start + 2 : start + 7] = 0.3, 0.0, 1.0, 0.0, 0.0
         mujoco.mj_forward(robot.world.model, data)
-    robot.walk(0.25, 0.0, 0.0, 1.0)
+    robot.walk(0.25, 0.0, 0.0, 2.0)
     lying = robot.walker.snapshot()
     assert lying.fallen and not lying.walking and max(map(abs, lying.torques)) < 1.0
+    assert math.hypot(*lying.velocity) < 0.02 and lying.odometry[2] == lying.attitude[2]
+    assert caplog.messages == ["walker has fallen and lies limp until the world is restarted"]
     robot.world.reset()
     robot.wait(0.5)
     assert not robot.walker.snapshot().fallen and robot.walker.truth()[2] > 0.17
