@@ -154,7 +154,8 @@ class Walker:
         if direction not in (-1, 0, 1):
             raise ValueError(f"a direction is 1, -1 or 0, got {direction}")
         with self.world.locked():
-            self._wanted = np.array([direction * self._gait.next.cruise, 0.0, 0.0])
+            gait = self._gait.gait if self._gait.walking else self._gait.next
+            self._wanted = np.array([direction * gait.cruise, 0.0, 0.0])
             self._deadline = math.inf
 
     def choose_gait(self, name: str) -> None:

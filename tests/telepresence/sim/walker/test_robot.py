@@ -78,6 +78,25 @@ def test_movement_goes_on_without_repetition_until_the_world_starts_again(steppe
     assert not robot.walker.snapshot().walking
 
 
+def test_a_gait_chosen_in_mid_walk_changes_the_speed_at_the_next_start(stepped: Callable):
+    robot = stepped()
+
+    def speed() -> float:
+        robot.walker.move(1)
+        robot.wait(1.0)
+        start = robot.walker.truth()
+        robot.walker.move(1)
+        robot.wait(1.0)
+        return robot.ahead(start)
+
+    trot = speed()
+    robot.walker.choose_gait("crawl")
+    assert speed() == pytest.approx(trot, rel=0.2)
+    robot.walker.move(0)
+    robot.wait(0.5)
+    assert speed() < 0.5 * trot
+
+
 def test_a_restart_in_mid_step_gives_the_start_pose_and_phase_zero_each_time(stepped: Callable):
     robot = stepped("rough")
     start = robot.walker.truth()
