@@ -17,6 +17,10 @@ from telepresence.station import processes
 CADDY = "caddy"
 JUDGING = 60.0
 """[s] for Caddy to read its configuration."""
+LOOK_PERIOD = 10.0
+"""[s] between two looks whether a certificate was renewed."""
+RENEW_PERIOD = 86400.0
+"""[s] between two looks whether one of our own is about to end."""
 
 
 def prepare(site: Site, folder: Path) -> tuple[Files, Path]:
@@ -51,6 +55,46 @@ def certificate_files(site: Site, folder: Path) -> Files:
     except OSError as error:
         raise SiteError(f"{files.certificate} and {files.key} are no certificate and key: {error}") from None
     return files
+
+
+class CertificateWatch:
+    """Notices that the site's certificate was renewed, which Caddy reads only when it starts, and renews one that this
+    computer's authority has signed.
+
+    Args:
+        now: Monotonic time [s].
+    """
+
+    def __init__(self, site: Site, files: Files, now: float) -> None:
+        self._site, self._files = site, files
+        self._look_due, self._renew_due = now + LOOK_PERIOD, now + RENEW_PERIOD
+        self._seen = self._stamps()
+
+    def renewed(self, now: float) -> bool:
+        """Return whether there is another certificate than at the last call, one that can be served.
+
+        Args:
+            now: Monotonic time [s].
+        """
+        if now < self._look_due:
+            return False
+        self._look_due = now + LOOK_PERIOD
+        try:
+            if now >= self._renew_due:
+                self._renew_due = now + RENEW_PERIOD
+                certificate_files(self._site, self._files.folder)
+            stamps = self._stamps()
+            if stamps == self._seen:
+                return False
+            own_context(self._files.certificate, self._files.key)
+        except (OSError, SiteError):  # it is just being written; else the next look finds the same
+            return False
+        self._seen = stamps
+        return True
+
+    def _stamps(self) -> list[tuple[int, int]]:
+        status = [file.stat() for file in (self._files.certificate, self._files.key)]
+        return [(each.st_ino, each.st_mtime_ns) for each in status]
 
 
 def write_caddyfile(site: Site, files: Files) -> Path:

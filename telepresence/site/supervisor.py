@@ -15,8 +15,9 @@ from functools import partial
 from pathlib import Path
 
 from telepresence.page.certificate import fingerprint
+from telepresence.site.caddyfile import Files
 from telepresence.site.container import name_of
-from telepresence.site.proxy import prepare, start_caddy
+from telepresence.site.proxy import CertificateWatch, prepare, start_caddy
 from telepresence.site.site_file import Elsewhere, Site, Unit
 from telepresence.site.unit import command, environment, log_folder, page_folder, remove_socket, signs_in, site_logs
 from telepresence.site.unit import socket_of as page_socket
@@ -49,15 +50,16 @@ class RunningSite:
     """Starts everything at once; `look` again and again, then `close`.
 
     Args:
-        folder: Of the site alone, while it runs.
-        config: Of the proxy, see `telepresence.site.proxy.prepare`.
+        files, config: Of the proxy, see `telepresence.site.proxy.prepare`.
         say: Prints a line for the person at the terminal.
     Raises:
         OSError: A folder cannot be written.
     """
 
-    def __init__(self, site: Site, folder: Path, config: Path, say: Callable[[str], None]) -> None:
+    def __init__(self, site: Site, files: Files, config: Path, say: Callable[[str], None]) -> None:
+        folder = files.folder
         self._site, self._folder, self._say = site, folder, say
+        self._certificate = CertificateWatch(site, files, time.monotonic())
         self._base = {name: value for name, value in os.environ.items() if name not in _STATIONS_OWN}
         self._key = make_token()
         self._invitation = ""
@@ -138,6 +140,10 @@ class RunningSite:
             if ready and name not in self._up and self._programs[name].runs and self._answers[name]():
                 self._up.add(name)
                 self._say(f"{name}: is up")
+        if self._certificate.renewed(time.monotonic()) and self._programs[PROXY].runs:
+            self._say(f"{PROXY}: starts again, with the renewed certificate")
+            # By a gentler signal it would wait for every open page, and let nobody in meanwhile.
+            self._programs[PROXY].process.send_signal(signal.SIGKILL)
         processes.reap_orphans(set(self.pids.values()))
 
     def close(self) -> None:
@@ -215,7 +221,7 @@ def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:
         files, config = prepare(site, folder.path)
         if stop.is_set():  # Ctrl-C meanwhile: no unit needs to be ended
             return 0
-        running = RunningSite(site, folder.path, config, printer.say)
+        running = RunningSite(site, files, config, printer.say)
         ends.callback(running.close)
         printer.say(banner(site, running.open(), fingerprint(files.certificate)))
         heartbeat.notify("READY=1")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from telepresence.page import certificate
 from telepresence.site import __main__, proxy
 from telepresence.site.caddyfile import Files
 from telepresence.site.site_file import SiteError, parse_site
@@ -29,6 +30,18 @@ def test_another_sites_certificate_leaves_that_of_a_running_one_alone(tmp_path, 
         assert proxy.certificate_files(parse_site(f"{other}\n[robot.anna]", tmp_path), tmp_path) != here
     assert (here.certificate.read_bytes(), here.key.read_bytes()) == before
     assert proxy.certificate_files(parse_site("port = 9000\n[robot.ben]", tmp_path), tmp_path) == here
+
+
+def test_a_certificate_of_our_own_is_renewed_in_time_though_the_site_runs_on(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    site = parse_site("[robot.anna]", tmp_path)
+    files = proxy.certificate_files(site, tmp_path)
+    watch = proxy.CertificateWatch(site, files, now=0.0)
+    before = files.certificate.read_bytes()
+    monkeypatch.setattr(certificate, "RENEWED", certificate.LIFE)  # it is about to end
+    looks = (0.9 * proxy.LOOK_PERIOD, 1.1 * proxy.LOOK_PERIOD, 1.1 * proxy.RENEW_PERIOD)
+    assert [watch.renewed(now) for now in looks] == [False, False, True]
+    assert files.certificate.read_bytes() != before
 
 
 @pytest.fixture

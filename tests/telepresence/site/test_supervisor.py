@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import ssl
 import subprocess
 import sys
 import tempfile
@@ -14,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from telepresence.site import supervisor
+from telepresence.site import proxy, supervisor
 from telepresence.site.site_file import parse_site
 from telepresence.site.supervisor import CADDY_OUTPUT, OUTPUT, PROXY, RunningSite, listens
 from telepresence.station import processes, restarts, vitals
@@ -37,13 +38,13 @@ while True:
 SITE = """
 import sys, time
 from pathlib import Path
-from telepresence.site import supervisor
+from telepresence.site import proxy, supervisor
 from telepresence.site.site_file import read_site
 file, unit = sys.argv[1:]
 page_socket = supervisor.page_socket
 supervisor.command = lambda robot, site, folder: [sys.executable, "-c", unit, str(page_socket(robot, folder))]
 site, folder = read_site(Path(file)), Path(file).parent
-site = supervisor.RunningSite(site, folder, supervisor.prepare(site, folder)[1], lambda text: None)
+site = supervisor.RunningSite(site, *supervisor.prepare(site, folder), lambda text: None)
 while len(site._up) < 1:
     site.poll(0.05)
     time.sleep(0.05)
@@ -74,7 +75,7 @@ def started(monkeypatch, free_port):
             monkeypatch.setattr(supervisor, "command", command)
             robots = "".join(f"[robot.{robot}]\n" for robot in programs)
             site = parse_site(f"port = {free_port()}\nlogs = '{name}/logs'\n{robots}", folder)
-            sites.append(RunningSite(site, folder, supervisor.prepare(site, folder)[1], said.append))
+            sites.append(RunningSite(site, *supervisor.prepare(site, folder), said.append))
             return sites[0], site, said
 
         yield start
@@ -107,6 +108,22 @@ def test_the_proxy_comes_back(started):
     before = site.pids[PROXY]
     os.kill(before, signal.SIGKILL)
     look_until(site, lambda: site.pids[PROXY] != before and listens(file.address, file.port), "it listens again")
+
+
+def test_a_renewed_certificate_is_served_and_no_unit_notices(started, monkeypatch):
+    monkeypatch.setattr(proxy, "LOOK_PERIOD", 0.0)
+    site, file, said = started(anna=UNIT)
+    look_until(site, lambda: len(said) == 2, "all is up")
+    before, served = site.pids, ssl.get_server_certificate(("127.0.0.1", file.port))
+    (certificate,) = Path.home().glob(".config/telepresence/page/site-*.crt")
+    certificate.write_text("half of it")
+    for _ in range(5):
+        site.poll(vitals.PERIOD)
+    assert site.pids == before
+    assert proxy.certificate_files(file, certificate.parent).certificate == certificate
+    look_until(site, lambda: said.count("proxy: is up") == 2, "the proxy is up again")
+    assert ssl.get_server_certificate(("127.0.0.1", file.port)) == certificate.read_text() != served
+    assert site.pids["anna"] == before["anna"]
 
 
 def test_a_unit_that_does_not_come_up_says_why_once(started):
