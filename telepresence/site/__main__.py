@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def check(site: Site) -> int:
     """Say what would run; the exit code. Raises RuntimeError, OSError."""
     require_ports(site)
-    with TemporaryFolder("telepresence-check-") as folder:
+    with TemporaryFolder("telepresence-site-check-") as folder:  # as long a path as the site's has
         files = certificate_files(site, folder)
         write_caddyfile(site, files)
         print(banner(site, site.url, fingerprint(files.certificate)))

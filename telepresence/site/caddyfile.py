@@ -94,7 +94,7 @@ def caddyfile(site: Site, files: Files) -> str:
 def _robot(robot: Unit | Elsewhere, folder: Path) -> str:
     times = [f"dial_timeout {DIAL_TIMEOUT}s", f"response_header_timeout {ANSWER_TIMEOUT}s"]
     if isinstance(robot, Unit):
-        place, extra = f"unix/{socket_of(robot, folder)}", []
+        place, extra = _quoted(f"unix/{socket_of(robot, folder)}"), []
     else:
         # By HTTP/1.1, as browsers send it: the page's websocket has no other.
         place, extra = robot.url.rstrip("/"), ["versions 1.1", f"tls_server_name {urlsplit(robot.url).hostname}"]

@@ -12,6 +12,7 @@ from telepresence.page.certificate import own_context, server_files
 from telepresence.site.caddyfile import Files, caddyfile, names_of
 from telepresence.site.list_page import write_list
 from telepresence.site.site_file import Site, SiteError
+from telepresence.site.unit import require_usable
 from telepresence.station import processes
 
 CADDY = "caddy"
@@ -101,10 +102,11 @@ def write_caddyfile(site: Site, files: Files) -> Path:
     """Write Caddy's configuration, and have Caddy read it.
 
     Raises:
-        SiteError: There is no Caddy, or it refuses it.
+        SiteError: There is no Caddy, it refuses it, or the folder is none for it.
     """
     if shutil.which(CADDY) is None:
         raise SiteError("there is no caddy: ./stack site installs it, or  sudo apt install caddy")
+    require_usable(site, files.folder)
     path = files.folder / "Caddyfile"
     path.write_text(caddyfile(site, files), encoding="utf-8")
     words = [CADDY, "validate", "--config", str(path), "--adapter", "caddyfile"]

@@ -33,7 +33,8 @@ MOST_ROBOTS = 64
 LONGEST_TITLE = 60
 _NAME = re.compile(r"[a-z][a-z0-9-]{0,30}")
 _HOST = re.compile(r"(?=.{1,253}$)[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?(\.[A-Za-z0-9]([A-Za-z0-9-]*[A-Za-z0-9])?)*")
-_PLAIN = re.compile(r"[^\x00-\x1f\x7f\"`{}$]*")
+PLAIN = re.compile(r"[^\x00-\x1f\x7f\"`{}$]*")
+"""A path that Caddy takes as it is."""
 _IMAGE = re.compile(r"[a-z0-9][a-zA-Z0-9._:/@-]{0,200}")
 _VOLUME = re.compile(r"[a-zA-Z0-9][a-zA-Z0-9_.-]{0,100}")
 _TAKEN = ("static", "caddy", "proxy")
@@ -336,6 +337,6 @@ def _file(table: dict[str, Any], key: str, folder: Path) -> Path | None:
 
 
 def _path(word: str, folder: Path) -> Path:
-    if not word or not _PLAIN.fullmatch(word):
+    if not word or not PLAIN.fullmatch(word):
         raise SiteError(f"{word!r}: a path without quotes, braces and dollar signs is needed")
     return (folder / Path(word).expanduser()).absolute()

@@ -10,7 +10,7 @@ import socket
 import subprocess
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
@@ -19,7 +19,16 @@ from telepresence.site.caddyfile import Files
 from telepresence.site.container import name_of
 from telepresence.site.proxy import CertificateWatch, prepare, start_caddy
 from telepresence.site.site_file import Elsewhere, Site, Unit
-from telepresence.site.unit import command, environment, log_folder, page_folder, remove_socket, signs_in, site_logs
+from telepresence.site.unit import (
+    command,
+    environment,
+    heartbeat_of,
+    log_folder,
+    page_folder,
+    remove_socket,
+    signs_in,
+    site_logs,
+)
 from telepresence.site.unit import socket_of as page_socket
 from telepresence.station import heartbeat, processes, vitals
 from telepresence.station.kept_program import KeptProgram, Report
@@ -51,16 +60,19 @@ class RunningSite:
 
     Args:
         files, config: Of the proxy, see `telepresence.site.proxy.prepare`.
+        base: Environment of whoever has started the site.
         say: Prints a line for the person at the terminal.
     Raises:
         OSError: A folder cannot be written.
     """
 
-    def __init__(self, site: Site, files: Files, config: Path, say: Callable[[str], None]) -> None:
+    def __init__(
+        self, site: Site, files: Files, config: Path, base: Mapping[str, str], say: Callable[[str], None]
+    ) -> None:
         folder = files.folder
         self._site, self._folder, self._say = site, folder, say
         self._certificate = CertificateWatch(site, files, time.monotonic())
-        self._base = {name: value for name, value in os.environ.items() if name not in _STATIONS_OWN}
+        self._base = {name: value for name, value in base.items() if name not in _SITES_OWN}
         self._key = make_token()
         self._invitation = ""
         self._programs: dict[str, KeptProgram] = {}
@@ -86,7 +98,7 @@ class RunningSite:
         )
 
     def _start_unit(self, unit: Unit) -> None:
-        beats = None if unit.image else Beats(self._folder / "watch" / unit.name)  # a container has its healthcheck
+        beats = None if unit.image else Beats(heartbeat_of(unit, self._folder))  # a container has its healthcheck
         self._beats[unit.name] = beats
         start = partial(self._unit, unit, beats)
         report = self._reporter(unit.name, log_folder(unit, self._site) / OUTPUT, beats)
@@ -208,7 +220,7 @@ def last_line(path: Path) -> str:
     return next((line for line in reversed(lines) if line.strip()), "")
 
 
-_STATIONS_OWN = ("NOTIFY_SOCKET", "TELEPRESENCE_STATION", "TMPDIR")
+_SITES_OWN = ("NOTIFY_SOCKET", "TELEPRESENCE_STATION")
 """Variables that a site has for itself: each unit makes its own."""
 
 
@@ -221,7 +233,7 @@ def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:
         files, config = prepare(site, folder.path)
         if stop.is_set():  # Ctrl-C meanwhile: no unit needs to be ended
             return 0
-        running = RunningSite(site, files, config, printer.say)
+        running = RunningSite(site, files, config, folder.environment_before, printer.say)
         ends.callback(running.close)
         printer.say(banner(site, running.open(), fingerprint(files.certificate)))
         heartbeat.notify("READY=1")

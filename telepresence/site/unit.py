@@ -14,12 +14,14 @@ from pathlib import Path
 
 from telepresence.page.proxy import SOCKET
 from telepresence.site import container
-from telepresence.site.site_file import Site, SiteError, Unit
+from telepresence.site.site_file import PLAIN, Site, SiteError, Unit
 from telepresence.station.launch_settings import allow_port, require_free
 from telepresence.station.pilot_page import PILOT_PAGE_KEY, SITE
 from telepresence.switch import is_on
 
 TCP, UDP = False, True
+LONGEST_SOCKET = 107
+"""[bytes] of the path of a unix socket: unix(7)."""
 SIMULATED: dict[str, tuple[tuple[str, bool], ...]] = {
     "pepper": (("nao_port", TCP), ("robot_page_port", TCP)),
     "robotino": (("robotino_port", TCP), ("drive_port", UDP), ("camera_port", TCP), ("sound_port", TCP)),
@@ -47,6 +49,29 @@ def socket_of(unit: Unit, folder: Path) -> Path:
     if unit.image:  # in a folder that the container may write: among these, no name is one of the site's own folders
         return folder / "units" / unit.name / container.SOCKET_NAME
     return folder / f"{unit.name}.socket"
+
+
+def heartbeat_of(unit: Unit, folder: Path) -> Path:
+    """Return the socket where a unit's first program beats.
+
+    Args:
+        folder: Of the site.
+    """
+    return folder / "watch" / unit.name
+
+
+def require_usable(site: Site, folder: Path) -> None:
+    """Raise SiteError when the folder for temporary files is none for the site's sockets."""
+    if not PLAIN.fullmatch(str(folder)):  # Caddy would read more in it than a path
+        raise SiteError(
+            f"{folder}: a path without quotes, braces and dollar signs is needed. Set TMPDIR to another one"
+        )
+    sockets = [place(unit, folder) for unit in site.units for place in (socket_of, heartbeat_of)]
+    excess = max((len(os.fsencode(path)) for path in sockets), default=0) - LONGEST_SOCKET
+    if excess > 0:
+        raise SiteError(
+            f"{folder.parent} is too long a path for the site's sockets, by {excess} bytes. Set TMPDIR to a shorter one"
+        )
 
 
 def ports_of(unit: Unit) -> dict[str, tuple[int, bool]]:

@@ -44,6 +44,12 @@ class StationFolder:
         os.environ.update({VARIABLE: str(self.path), "TMPDIR": str(self.path)})
         tempfile.tempdir = None  # tempfile reads TMPDIR only once
 
+    @property
+    def environment_before(self) -> dict[str, str]:
+        """The environment of this process without the folder."""
+        others = {name: value for name, value in os.environ.items() if name not in self._before}
+        return others | {name: value for name, value in self._before.items() if value is not None}
+
     def close(self) -> None:
         """Remove the folder with everything in it, and what X servers of this station left elsewhere."""
         for name, value in self._before.items():

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import subprocess
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -58,6 +60,20 @@ def test_each_robot_has_one_way_and_those_elsewhere_are_checked(tmp_path):
     assert sorted(dials) == ["10.8.0.21:443", f"unix/{tmp_path}/anna.socket", f"unix/{tmp_path}/units/ben/page.socket"]
     assert "insecure_skip_verify" not in json.dumps(config)
     assert [*found(config, "server_name")] == ["10.8.0.21"]
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [("a folder", ""), ("a" * 90, r"too long a path .* Set TMPDIR"), ("a{b}", "without quotes, braces")],
+)
+def test_a_folder_for_temporary_files_that_caddy_cannot_use_is_named(name, says):
+    with tempfile.TemporaryDirectory() as place:  # pytest's own is long itself
+        folder = Path(place, name)
+        folder.mkdir()
+        site = parse_site("[robot.anna]", folder)
+        files = Files(*server_files(Path(place), names_of(site), "site"), folder)
+        with pytest.raises(SiteError, match=says) if says else contextlib.nullcontext():
+            write_caddyfile(site, files)
 
 
 def test_what_caddy_refuses_is_said(tmp_path):

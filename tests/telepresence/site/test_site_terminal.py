@@ -21,6 +21,7 @@ UNIT = """
 import os, socket, sys, time
 from pathlib import Path
 from telepresence.station import heartbeat
+Path(sys.argv[2] + ".tmpdir").write_text(os.environ.get("TMPDIR", ""))
 with open(sys.argv[2], "a") as started:
     print(os.getpid(), file=started)
 server = socket.socket(socket.AF_UNIX)
@@ -31,7 +32,7 @@ while True:
     heartbeat.beat()
     time.sleep(0.05)
 """
-"""What a unit is to the site; it notes its process id."""
+"""What a unit is to the site; it notes its process id and where its temporary files go."""
 SITE = """
 import signal, sys, threading
 from pathlib import Path
@@ -100,6 +101,7 @@ def test_whoever_stops_reading_ends_no_robot(home, free_port, wait_until):
         assert any("anna: is up" in line for line in iter(site.stdout.readline, ""))
         site.stdout.close()
         require_a_site_that_works(home, wait_until)
+        assert (home / "started.tmpdir").read_text() == os.environ["TMPDIR"], "not into the site's own folder"
         site.send_signal(signal.SIGTERM)
         wait_until(lambda: site.poll() is not None, "the site ends")
         assert site.returncode == 0

@@ -36,7 +36,7 @@ while True:
 """
 """What a unit is to the site: it beats, and its page has a socket."""
 SITE = """
-import sys, time
+import os, sys, time
 from pathlib import Path
 from telepresence.site import proxy, supervisor
 from telepresence.site.site_file import read_site
@@ -44,7 +44,7 @@ file, unit = sys.argv[1:]
 page_socket = supervisor.page_socket
 supervisor.command = lambda robot, site, folder: [sys.executable, "-c", unit, str(page_socket(robot, folder))]
 site, folder = read_site(Path(file)), Path(file).parent
-site = supervisor.RunningSite(site, *supervisor.prepare(site, folder), lambda text: None)
+site = supervisor.RunningSite(site, *supervisor.prepare(site, folder), os.environ, lambda text: None)
 while len(site._up) < 1:
     site.poll(0.05)
     time.sleep(0.05)
@@ -75,7 +75,7 @@ def started(monkeypatch, free_port):
             monkeypatch.setattr(supervisor, "command", command)
             robots = "".join(f"[robot.{robot}]\n" for robot in programs)
             site = parse_site(f"port = {free_port()}\nlogs = '{name}/logs'\n{robots}", folder)
-            sites.append(RunningSite(site, *supervisor.prepare(site, folder), said.append))
+            sites.append(RunningSite(site, *supervisor.prepare(site, folder), os.environ, said.append))
             return sites[0], site, said
 
         yield start
