@@ -257,7 +257,7 @@ class _Performance:
 
     def _raise(self, event: Event) -> None:
         try:
-            self._service._memory.announce(event.name, event.value)
+            self._service._memory.raiseEvent(event.name, event.value)
         except ServiceError as error:
             log.warning("$%s: %s", event.name[:120], error)
 

@@ -18,6 +18,7 @@ from typing import Any
 from pepper_sim.naoqi.client_services import ClientServices
 from pepper_sim.naoqi.memory_changes import Changes
 from pepper_sim.naoqi.memory_keys import Reader
+from pepper_sim.naoqi.memory_size import weight_of
 from pepper_sim.naoqi.memory_subscriptions import MemorySubscriptions, Topic
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 from pepper_sim.naoqi.time_stamp import split_stamp
@@ -26,6 +27,12 @@ from telepresence.naoqi.incoming_call import NotNow
 _KEY_ADDED, _KEY_REMOVED, _KEY_TYPE_CHANGED = "ALMemory/KeyAdded", "ALMemory/KeyRemoved", "ALMemory/KeyTypeChanged"
 _MAX_KEYS = 100_000
 """More keys than this are refused: a client in a loop must not use up this machine's RAM."""
+_MAX_BYTES = 256 << 20
+"""Of all values that are not small; what a client stores beyond that is refused. The robot's own are bounded."""
+_MAX_HISTORY_BYTES = 1 << 20
+"""Of the last values of an event that are not small, but for the newest one."""
+_MAX_LETTERS = 1000
+"""Of a key or a description."""
 
 
 @dataclass
@@ -33,6 +40,7 @@ class _Entry:
     value: Any = None
     stamp: float = 0.0
     description: str = ""
+    weight: int = 0
 
 
 class ALMemory(Module):
@@ -59,6 +67,8 @@ class ALMemory(Module):
         self._lock = threading.Lock()
         self._entries: dict[str, _Entry] = {}
         self._topics: dict[str, Topic] = {}
+        self._bytes = 0
+        """Weight of the values and of the events' histories."""
         self._subscriptions = MemorySubscriptions(self._topics, self._lock, clients)
         self._micro_events: set[str] = set()
         self._changes = Changes(self.read)
@@ -80,14 +90,7 @@ class ALMemory(Module):
 
     def store(self, key: str, value: Any) -> None:
         """Write a value without raising an event, but for those that tell of new keys and of values of another type."""
-        with self._lock:
-            known = key in self._entries
-            entry = self._entry(key)
-            before, entry.value, entry.stamp = entry.value, value, time.time()
-        if not known:
-            self._report(_KEY_ADDED, key)
-        elif before is not None and value is not None and type(before) is not type(value):
-            self._report(_KEY_TYPE_CHANGED, key)
+        self._store(key, value, weight_of(value))
 
     def read(self, key: str) -> Any:
         """Return the value of a key; None if it is missing or void."""
@@ -98,12 +101,7 @@ class ALMemory(Module):
 
     def announce(self, key: str, value: Any) -> None:
         """Write a value and call every subscriber, on other threads."""
-        self.store(key, value)
-        with self._lock:
-            topic = self._topics.setdefault(key, Topic())
-            topic.history.append((value, time.time()))
-        topic.event.signal(value)
-        self._subscriptions.call(key, topic, value)
+        self._announce(key, value, weight_of(value))
 
     def follow(self, event: str, callback: Callable[[Any], None]) -> Callable[[], None]:
         """Call `callback(value)` at each event, on another thread; return the function that ends it."""
@@ -169,21 +167,23 @@ class ALMemory(Module):
     @remote("v(sm)")
     def insertData(self, key: str, value: Any) -> None:
         """Stores a value without raising an event. Ignored for keys of the body, which are computed."""
-        self.store(key, value)
+        self._store(key, value, self._admitted(key, value))
 
     @remote("v(m)")
     def insertListData(self, list: Any) -> None:
         """Stores many values: [[key, value], ...]."""
         pairs = _pairs(list)
         for key, value in pairs:
-            self.store(key, value)
+            self.insertData(key, value)
 
     @remote("v(s)")
     def removeData(self, key: str) -> None:
         """Removes a value."""
         with self._lock:
-            if self._entries.pop(key, None) is None:
+            entry = self._entries.pop(key, None)
+            if entry is None:
                 raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
+            self._bytes -= entry.weight
         self._report(_KEY_REMOVED, key)
 
     @remote("[s](s)")
@@ -222,6 +222,8 @@ class ALMemory(Module):
     @remote("v(ss)")
     def setDescription(self, name: str, description: str) -> None:
         """Describes a key."""
+        if len(description) > _MAX_LETTERS:
+            raise ServiceError(f"a description has at most {_MAX_LETTERS} letters")
         with self._lock:
             self._entry(name).description = description
 
@@ -236,13 +238,13 @@ class ALMemory(Module):
     @remote("v(sm)")
     def raiseEvent(self, name: str, value: Any) -> None:
         """Stores a value and calls every subscriber."""
-        self.announce(name, value)
+        self._announce(name, value, self._admitted(name, value))
 
     @remote("v(sm)")
     def raiseMicroEvent(self, name: str, value: Any) -> None:
         """Like raiseEvent; on a robot it is delivered once per value change."""
+        self.raiseEvent(name, value)
         self._micro_events.add(name)
-        self.announce(name, value)
 
     @remote("v(s)", "v(ss)")
     def declareEvent(self, eventName: str, extractorName: str = "") -> None:
@@ -263,8 +265,8 @@ class ALMemory(Module):
             if name not in self._micro_events:
                 raise ServiceError(f"there is no micro-event '{shown(name)[1:-1]}'")
             self._micro_events.discard(name)
-            self._entries.pop(name, None)
-            self._topics.pop(name, None)
+            self._bytes -= self._entries.pop(name, _Entry()).weight
+            self._bytes -= sum(weight for _, _, weight in self._topics.pop(name, Topic()).history)
 
     @remote("[s]()")
     def getEventList(self) -> list[str]:
@@ -288,7 +290,7 @@ class ALMemory(Module):
         """Returns the last values: [[value, [seconds, microseconds], 0, 0], ...]."""
         with self._lock:
             history = list(self._topics.get(key, Topic()).history)
-        return [[value, split_stamp(stamp), 0, 0] for value, stamp in history]
+        return [[value, split_stamp(stamp), 0, 0] for value, stamp, _ in history]
 
     # --- inside ------------------------------------------------------------------------------------------------------
 
@@ -297,6 +299,53 @@ class ALMemory(Module):
         topic = self._topics[event]
         topic.event.signal(key)
         self._subscriptions.call(event, topic, key)
+
+    def _admitted(self, key: str, value: Any) -> int:
+        """Return the weight of a value that a client stores.
+
+        Raises:
+            ServiceError: There is no room for it.
+        """
+        weight = weight_of(value)
+        known = self._entries.get(key)
+        more = weight - (known.weight if known is not None else 0)
+        if weight and more > 0 and self._bytes + more > _MAX_BYTES:
+            raise ServiceError(f"the memory is full ({_MAX_BYTES >> 20} MB)")
+        return weight
+
+    def _store(self, key: str, value: Any, weight: int) -> None:
+        with self._lock:
+            known = key in self._entries
+            entry = self._entry(key)
+            self._bytes += weight - entry.weight
+            before, entry.value, entry.stamp, entry.weight = entry.value, value, time.time(), weight
+        if not known:
+            self._report(_KEY_ADDED, key)
+        elif before is not None and value is not None and type(before) is not type(value):
+            self._report(_KEY_TYPE_CHANGED, key)
+
+    def _announce(self, key: str, value: Any, weight: int) -> None:
+        self._store(key, value, weight)
+        with self._lock:
+            topic = self._topics.setdefault(key, Topic())
+            self._remember(topic, value, weight)
+        topic.event.signal(value)
+        self._subscriptions.call(key, topic, value)
+
+    def _remember(self, topic: Topic, value: Any, weight: int) -> None:
+        """Add a value to an event's history, and forget old ones that are too many or too large. Under the lock."""
+        history = topic.history
+        if len(history) == history.maxlen:
+            self._bytes -= history.popleft()[2]
+        history.append((value, time.time(), weight))
+        self._bytes += weight
+        if not weight and self._bytes <= _MAX_BYTES:
+            return
+        held = sum(weight for _, _, weight in history)
+        while len(history) > 1 and (held > _MAX_HISTORY_BYTES or self._bytes > _MAX_BYTES):
+            dropped = history.popleft()[2]
+            held -= dropped
+            self._bytes -= dropped
 
     def _stored(self, key: str) -> Any:
         entry = self._entries.get(key)
@@ -310,6 +359,8 @@ class ALMemory(Module):
         return self._entries.setdefault(key, _Entry())
 
     def _make_room(self, key: str) -> None:
+        if len(key) > _MAX_LETTERS:
+            raise ServiceError(f"a key has at most {_MAX_LETTERS} letters")
         if key not in self._entries and len(self._entries) + len(self._topics) >= _MAX_KEYS:
             raise ServiceError(f"the memory is full ({_MAX_KEYS} keys)")
 

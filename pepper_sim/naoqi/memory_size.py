@@ -1,0 +1,25 @@
+"""How much of this machine's RAM a value of ALMemory takes."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+SMALL = 1024
+"""Bytes below which a value weighs nothing: the number of keys limits these, and they are stored all the time."""
+_NUMBERS = frozenset({bool, int, float, type(None)})
+
+
+def weight_of(value: Any) -> int:
+    """Return about how many bytes a value takes with all that is in it, 0 for a small one."""
+    if type(value) in _NUMBERS:
+        return 0
+    total, pending = 0, [value]
+    while pending:
+        one = pending.pop()
+        if isinstance(one, dict):
+            pending += [*one.keys(), *one.values()]
+        elif isinstance(one, list | tuple):
+            pending += one
+        total += getattr(one, "nbytes", 0) or sys.getsizeof(one)
+    return total if total > SMALL else 0
