@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import datetime
 import itertools
+import sys
 import threading
 from collections.abc import Iterator
 
@@ -19,7 +20,10 @@ LEARNING = "com.aldebaran.learning"
 EXPIRATION, HAPPENING = "expirationDate", "happeningDate"
 _DATE = "%Y-%m-%dT%H:%M:%SZ"
 _ANY, _ASKED = "*", "?"
-_MOST = 100_000
+_MOST_BYTES = 64 << 20
+"""Of all triples, metadata and numbers: some hundred thousand of usual length."""
+_OVERHEAD = 200
+"""Of each of them, besides its words [bytes]."""
 
 Triple = tuple[str, str, str, str]
 """Domain, subject, predicate, object."""
@@ -36,6 +40,8 @@ class ALKnowledge(Service):
         self._metadata: dict[Triple, dict[tuple[str, str], None]] = {}
         self._numbers: dict[Triple, str] = {}
         self._next = itertools.count(1)
+        self._bytes = 0
+        """At least what is held: what is removed is only noticed when this reaches its limit."""
 
     # --- triples -----------------------------------------------------------------------------------------------------
 
@@ -67,6 +73,7 @@ class ALKnowledge(Service):
         with self._lock:
             self._triples = {triple: None for triple in self._triples if triple[0] != domain}
             self._metadata = {triple: held for triple, held in self._metadata.items() if triple[0] != domain}
+            self._numbers = {triple: number for triple, number in self._numbers.items() if triple[0] != domain}
 
     @remote("[s](sss)")
     def getSubject(self, domain: str, predicate: str, object: str) -> list[str]:
@@ -104,7 +111,7 @@ class ALKnowledge(Service):
             return False
         triple = _plain(domain, subject, predicate, object)
         with self._lock:
-            self._make_room()
+            self._make_room(*triple, metadataName, metadataValue)
             self._metadata.setdefault(triple, {})[metadataName, metadataValue] = None
         return True
 
@@ -132,6 +139,7 @@ class ALKnowledge(Service):
         with self._lock:
             for triple, pair in found:
                 self._metadata.get(triple, {}).pop(pair, None)
+            self._drop_empty()
         return True
 
     @remote("[s](sssss)")
@@ -177,7 +185,10 @@ class ALKnowledge(Service):
         if not found:
             raise ServiceError("no triple matches")
         with self._lock:
-            return self._numbers.setdefault(found[0], str(next(self._next)))
+            if found[0] not in self._numbers:
+                self._make_room(*found[0])
+                self._numbers[found[0]] = str(next(self._next))
+            return self._numbers[found[0]]
 
     @remote("[s](ss)")
     def getTripletFromId(self, domain: str, tripleId: str) -> list[str]:
@@ -218,12 +229,25 @@ class ALKnowledge(Service):
 
     def _insert(self, triple: Triple) -> None:
         with self._lock:
-            self._make_room()
+            self._make_room(*triple)
             self._triples[triple] = None
 
-    def _make_room(self) -> None:
-        if len(self._triples) + len(self._metadata) >= _MOST:
-            raise ServiceError(f"there are {_MOST} triples already")
+    def _make_room(self, *words: str) -> None:
+        """Count what is about to be added.
+
+        Raises:
+            ServiceError: There is no room for it.
+        """
+        more = _size(words)
+        if self._bytes + more > _MOST_BYTES:
+            self._bytes = sum(map(_size, (*self._triples, *self._numbers)))
+            self._bytes += sum(_size((*triple, *pair)) for triple, pairs in self._metadata.items() for pair in pairs)
+        if self._bytes + more > _MOST_BYTES:
+            raise ServiceError(f"the knowledge is full ({_MOST_BYTES >> 20} MB)")
+        self._bytes += more
+
+    def _drop_empty(self) -> None:
+        self._metadata = {triple: pairs for triple, pairs in self._metadata.items() if pairs}
 
     def _has(self, triple: Triple) -> bool:
         return triple in self._triples
@@ -253,6 +277,8 @@ class ALKnowledge(Service):
                             self._triples[triple] = None
                         else:
                             self._triples.pop(triple, None)
+            if not all(self._metadata.values()):
+                self._drop_empty()
 
 
 def _plain(domain: str, subject: str, predicate: str, object: str) -> Triple:
@@ -261,6 +287,11 @@ def _plain(domain: str, subject: str, predicate: str, object: str) -> Triple:
         if word in (_ANY, _ASKED, ""):
             raise ServiceError(f"a triple cannot hold {shown(word)}")
     return domain, subject, predicate, object
+
+
+def _size(words: tuple[str, ...]) -> int:
+    """Return about how many bytes words take that are held together."""
+    return _OVERHEAD + sum(map(sys.getsizeof, words))
 
 
 def _matches(words: tuple[str, ...], wanted: tuple[str, ...]) -> bool:

@@ -2,6 +2,8 @@
 
 import pytest
 
+from pepper_sim.services import al_knowledge as module
+
 LEARNING = "com.aldebaran.learning"
 PAST, FUTURE = "2000-01-01T00:00:00Z", "2099-01-01T00:00:00Z"
 
@@ -55,3 +57,41 @@ def test_triples_come_and_go_at_their_dates(knowledge):
     assert knowledge.contains(*meal)
     knowledge.updateExpirationDate(*meal, PAST)
     assert not knowledge.contains(*meal)
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """A service without a wire that holds little, and how many calls it takes before it refuses one."""
+    monkeypatch.setattr(module, "_MOST_BYTES", 100_000)
+
+    def taken(call):
+        for number in range(1000):
+            try:
+                call(f"{number:1000}")
+            except module.ServiceError as error:
+                assert "full" in str(error)
+                return number
+        return 1000
+
+    return module.ALKnowledge(), taken
+
+
+def test_triples_and_their_metadata_take_a_limited_number_of_bytes(small):
+    service, taken = small
+    meal = (LEARNING, "user1", "eat", "pizza")
+    assert 20 < taken(lambda word: service.add("colours", "sky", "hasColor", word)) < 100
+    service.resetKnowledge("colours")
+    assert 20 < taken(lambda word: service.addMetadata(*meal, "with", word)) < 100
+    service.removeMetadata(*meal, "*", "*")
+    assert 20 < taken(lambda word: service.add("colours", "sky", "hasColor", word)) < 100, "there is room again"
+    service.remove("colours", "*", "*", "*")
+
+    def number(word):
+        service.add(LEARNING, "sky", "hasColor", word)
+        service.getId(LEARNING, "sky", "hasColor", word, "*", "*")
+        service.remove(LEARNING, "sky", "hasColor", word)
+
+    assert 20 < taken(number) < 100, "a number outlives its triple"
+    service.resetKnowledge(LEARNING)
+    for _ in range(200):
+        service.add("colours", "sky", "hasColor", f"{1:1000}")
