@@ -255,7 +255,11 @@ class ALBehaviorManager(Module):
         self.behaviorLoaded(behavior)
         self.behaviorStarted(behavior)
         self._announce_running()
-        stop = start(run)
+        try:
+            stop = start(run)
+        except Exception:
+            self._ended(behavior, lambda: None)
+            raise
         run.add_done_callback(lambda _: self._ended(behavior, stop))
         return run
 

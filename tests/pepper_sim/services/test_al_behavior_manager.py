@@ -5,6 +5,8 @@ import math
 import choregraphe_files as files
 import pytest
 
+from pepper_sim.services import al_behavior_manager
+
 TURN = [files.curve("HeadYaw", [(20, 30)])]
 PYTHON_2 = """
 class MyClass(GeneratedClass):
@@ -47,6 +49,20 @@ def install(naoqi, simulation, tmp_path):
     naoqi.ALBehaviorManager.stopAllBehaviors()
     for uuid in dict.fromkeys(installed):
         simulation.server.catalogue.packages.remove(uuid)
+
+
+def test_a_behavior_that_does_not_start_does_not_run(naoqi, install, refused, monkeypatch):
+    manager = naoqi.ALBehaviorManager
+    install({"talk/behavior.xar": files.behavior(files.in_turn(files.script_box(1, FAILS)))})
+
+    def no_process(*_):
+        raise OSError("Cannot allocate memory")
+
+    monkeypatch.setattr(al_behavior_manager, "BehaviorProcess", no_process)
+    for _ in range(2):
+        assert "allocate" in refused(manager.startBehavior, "dances/talk")
+    assert manager.isBehaviorRunning("dances/talk") is False and manager.getRunningBehaviors() == []
+    assert naoqi.ALMemory.getData("BehaviorsRun") == []
 
 
 def test_a_timeline_moves_the_joints(naoqi, install):
