@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pepper_sim.body.description import LIMITS
+from pepper_sim.body.joints import MAX_TRAJECTORY
 from pepper_sim.naoqi.motion.bezier import bezier_knots
 from pepper_sim.naoqi.service import ServiceError
 
@@ -71,7 +72,7 @@ def read_qianim(file: Path) -> Timeline:
 def read_curves(parent: ElementTree.Element, fps: float, first: float, last: float, file: Path) -> Timeline:
     """Read the curves of `parent`, but not those of boxes inside it, from the frame `first` to the frame `last`.
 
-    Raises: NotReadable: A curve has an invalid joint, unit or number.
+    Raises: NotReadable: A curve has an invalid joint, unit or number, or lasts too long.
     """
     curves: dict[str, tuple[Key, ...]] = {}
     for curve in (*parent.iterfind("ActuatorCurve"), *parent.iterfind("ActuatorList/ActuatorCurve")):
@@ -90,7 +91,10 @@ def read_curves(parent: ElementTree.Element, fps: float, first: float, last: flo
         keys = sorted(_keys(curve, rate, scale, first, last, file), key=lambda key: key.moment)
         if keys:
             curves[joint] = tuple(keys)
-    return Timeline(curves, max((keys[-1].moment for keys in curves.values()), default=0.0))
+    duration = max((keys[-1].moment for keys in curves.values()), default=0.0)
+    if duration > MAX_TRAJECTORY:  # before it is sampled, which takes memory for each of its frames
+        raise NotReadable(f"{file.name} lasts {duration:.0f} s; at most {MAX_TRAJECTORY:.0f} s are possible")
+    return Timeline(curves, duration)
 
 
 def parse_xml(file: Path) -> ElementTree.Element:

@@ -121,6 +121,11 @@ def test_what_is_no_behaviour_is_refused(written, text, says):
         read_behavior(written(text))
 
 
+def test_an_animation_of_more_than_an_hour_is_refused_before_it_is_sampled(written):
+    with pytest.raises(NotReadable, match="at most 3600 s"):
+        read_qianim(written(QIANIM.replace('frame="50"', 'frame="100000"'), "endless.qianim"))
+
+
 def test_a_file_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(NotReadable, match="No such file"):
         read_qianim(tmp_path / "none.qianim")
