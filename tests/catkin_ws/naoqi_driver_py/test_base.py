@@ -266,6 +266,17 @@ def test_goal_whose_place_comes_after_a_stop_is_refused(drive, motion, interrupt
     assert [each for each in drive.given if each[0] == "goal"], "the next one is driven to"
 
 
+def test_goal_whose_place_was_looked_for_during_a_stop_is_refused(drive):
+    given = drive.base.this_moment()
+    drive.base.end_goals()
+    drive.base.go_to(1.0, 0.0, 0.0, given=given)
+    drive.run(0.2)
+    assert not [each for each in drive.given if each[0] == "goal"]
+    drive.base.go_to(1.0, 0.0, 0.0, given=drive.base.this_moment())
+    drive.run(0.2)
+    assert [each for each in drive.given if each[0] == "goal"], "the next one is driven to"
+
+
 def test_sleeping_robot_is_woken_before_it_drives(connection, motion, wait_until):
     motion.awake = False
     driver = Drive(connection)

@@ -191,6 +191,24 @@ def test_a_goal_that_was_given_long_ago_is_not_driven_to(station, until_true):
     until_true(lambda: station.state == "stopped", "that stop is over: it refuses goals")
 
 
+def test_a_goal_of_another_frame_is_found_by_tf(station, until_true):
+    """The map is turned by 90 degrees: one metre ahead in it is one to the left in odom."""
+    x, y = station.pilot.latest("/odom")[:2]
+    turned = f"{{rotation: {{z: {math.sqrt(0.5)}, w: {math.sqrt(0.5)}}}, translation: {{x: {x}, y: {y}}}}}"
+    link = f"{{header: {{frame_id: odom}}, child_frame_id: map, transform: {turned}}}"
+    with station.graph.run("rostopic", "pub", "-l", "/tf_static", "tf2_msgs/TFMessage", f"transforms: [{link}]"):
+        station.pilot.goal("map", 0.3, 0.0, 0.0)
+        until_true(lambda: station.state == "driving to the goal", "the goal is taken")
+        until_true(lambda: station.state.startswith("stopped"), "the goal is reached")
+    there = station.pilot.latest("/odom")
+    assert (there[0] - x, there[1] - y) == (pytest.approx(0.0, abs=0.04), pytest.approx(0.3, abs=0.04))
+
+
+def test_a_goal_that_tf_does_not_reach_is_refused_and_says_why(station):
+    station.pilot.goal("nowhere", 0.3, 0.0, 0.0)
+    station.driver.wait_for(r"goal refused: .*nowhere.* passed to lookupTransform")
+
+
 def test_stop_service_ends_a_goal(station, until_true):
     station.pilot.goal("base_footprint", 2.0, 0.0, 0.0)
     until_true(lambda: station.speed() > 0.1, "under way")

@@ -33,3 +33,9 @@ def test_calibration_files_reach_their_cameras(roslaunch_says, file):
     camera = "/pepper_robot/camera/"
     assert parameters[f"{camera}front/calibration_file_top"] == "/top.yaml"
     assert parameters[f"{camera}bottom/calibration_file_bottom"] == "/bottom.yaml"
+
+
+@pytest.mark.parametrize("file", ["pepper_full.launch", "tele_pepper.launch", "tele_pepper_ros.launch"])
+def test_goals_can_be_left_to_move_base(roslaunch_says, file):
+    parameters = yaml.safe_load(roslaunch_says("--dump-params", "pepper_bringup", file, "goals:=false"))
+    assert parameters["/naoqi_driver/goals"] is False

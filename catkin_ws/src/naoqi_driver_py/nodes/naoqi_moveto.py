@@ -2,9 +2,9 @@
 """Drives the robot: velocity commands and goals in, to its drive server out, and a stop whenever in doubt.
 
 Subscribes: cmd_vel (geometry_msgs/Twist, m/s and rad/s of base_footprint; newest only),
-            move_base_simple/goal (geometry_msgs/PoseStamped in odom, base_footprint or base_link; one with a stamp is
-            refused when it is old); the topics of `naoqi_driver.head_topics`, by which a pilot turns the head;
-            joint_angles (naoqi_bridge_msgs/JointAnglesWithSpeed), for pose_controller.
+            move_base_simple/goal (geometry_msgs/PoseStamped in any frame that tf leads to odom from; one with a stamp
+            is refused when it is old), unless ~goals is false; the topics of `naoqi_driver.head_topics`, by which a
+            pilot turns the head; joint_angles (naoqi_bridge_msgs/JointAnglesWithSpeed), for pose_controller.
 Publishes:  drive_state (std_msgs/String, latched): "driving", "stopped: <why>", "robot unreachable: <why>";
             /diagnostics; with safety what `telepresence_ros.safety_topics` lists: safety, safety_state, safety_markers.
 Services:   with safety stop_drive: stop and stay stopped; reset_stop, reset_bumper (std_srvs/Trigger);
@@ -13,6 +13,7 @@ Services:   with safety stop_drive: stop and stay stopped; reset_stop, reset_bum
 Parameters: ~drive_server (""): host or host:port, 8085 unless given, of the drive server, which moves the base; its key
             is in the pilot's store, `./stack pair`. Without one this node starts one for itself;
             ~safety (true): lasers, sonars and bumpers limit velocity commands; goals are left to NAOqi's protection;
+            ~goals (true): false where move_base drives, which takes the same topic;
             ~base_frame_id (base_footprint): frame of what the safety gate reports;
             ~wake_up (true): wake a sleeping robot at start, but for one that was put to rest while a driver ran that
             has died;
@@ -33,6 +34,7 @@ from naoqi_driver.base import PERIOD, BaseDriver
 from naoqi_driver.command_watchdog import CommandWatchdog
 from naoqi_driver.connection import RobotError
 from naoqi_driver.gated_drive import GatedDrive
+from naoqi_driver.goal_frames import ODOMETRY, to_odometry
 from naoqi_driver.head_topics import HeadTopics
 from naoqi_driver.naoqi_node import NaoqiNode
 from naoqi_driver.own_drive_server import OwnDriveServer
@@ -48,7 +50,7 @@ from telepresence_ros.sender_watch import subscribe_velocities
 from telepresence import ports
 from telepresence.drive.link import DriveLink
 from telepresence.drive.pace import Pace
-from telepresence.geometry import ZERO_VELOCITY, Velocity, yaw_of
+from telepresence.geometry import ZERO_VELOCITY, Pose, Velocity, yaw_of
 from telepresence.safety import PEPPER, SECTORS, Decision, Latched, State
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
@@ -67,6 +69,8 @@ OFFER_AFTER = 3.0
 take a quarter of the processor time of a start, and on a busy machine the robot would wait for them."""
 GOAL_MAX_AGE = 1.0
 """Seconds after which a goal is refused that says when it was given: who waits longer has given it up."""
+OWN_FRAMES = ("base_footprint", "base_link")
+"""A goal in these is relative to where the robot stands."""
 LOOK = 0.15
 """HeadPitch with which the pilot sees the floor ahead [rad]."""
 STATE_PERIOD = 0.5
@@ -111,7 +115,8 @@ class MoveTo:
             frame = str(rospy.get_param("~base_frame_id", "base_footprint"))
             self._safety = SafetyTopics(PEPPER, frame, self._gated, self._gated.obstacles, self._keep)
         subscribe_velocities("cmd_vel", self._on_velocity, BURST_ROOM)
-        subscribe_commands("move_base_simple/goal", PoseStamped, self._on_goal)
+        if rospy.get_param("~goals", True):
+            subscribe_commands("move_base_simple/goal", PoseStamped, self._on_goal)
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
 
     def run(self) -> int:
@@ -154,16 +159,18 @@ class MoveTo:
         frame = goal.header.frame_id.lstrip("/")
         x, y, q = goal.pose.position.x, goal.pose.position.y, goal.pose.orientation
         theta = yaw_of(q.w, q.x, q.y, q.z)
-        if frame not in ("odom", "base_footprint", "base_link"):
-            rospy.logerr("goal refused: frame %r is unknown here; use odom, base_footprint or base_link", frame)
-        elif not all(math.isfinite(part) for part in (x, y, theta)):
+        if not all(math.isfinite(part) for part in (x, y, theta)):
             rospy.logerr("goal refused: %s, %s, %s is not a place", x, y, theta)
         elif (age := age_of(goal)) > GOAL_MAX_AGE:
             rospy.logwarn("goal refused: it was given %.1f s ago; if it was not, set the clock of its sender", age)
         else:
+            given = self._base.this_moment()
             try:
-                self._base.go_to(x, y, theta, in_odometry=frame == "odom")
-            except RobotError as error:
+                place = Pose(x, y, theta)
+                if frame not in (ODOMETRY, *OWN_FRAMES):
+                    place, frame = to_odometry(frame, place, self._node.stop), ODOMETRY
+                self._base.go_to(*place, in_odometry=frame == ODOMETRY, given=given)
+            except (RobotError, LookupError) as error:
                 rospy.logerr("goal refused: %s", error)
             self._wake.set()
 

@@ -111,23 +111,29 @@ class BaseDriver:
         if self.problem:
             self.state = f"stopped: {self.problem}"
 
-    def go_to(self, x: float, y: float, theta: float, in_odometry: bool = False) -> None:
+    def go_to(self, x: float, y: float, theta: float, in_odometry: bool = False, given: object = None) -> None:
         """Drive to a pose [m, m, rad], relative to the robot or in the odometry's frame.
 
         A velocity command or a lost master ends it; while somebody sends velocities it is ignored. So is one whose
         place the robot still works out when it is ended.
 
+        Args:
+            given: What `this_moment` returned when the goal was given, if that was not just now.
         Raises:
             RobotUnreachable, CallRefused: The robot does not say where it is; see `Connection.call`.
         """
-        goal, ended = Pose(x, y, theta), self._goals_ended
+        goal, ended = Pose(x, y, theta), given or self._goals_ended
         if in_odometry:
             robot = self._connection.call("ALMotion", "getRobotPosition", True)
             goal = relative_pose(goal, Pose(*numbers(robot, 3, "getRobotPosition")))
-            if self._goals_ended is not ended:
-                log.warning("goal refused: the robot was stopped or driven while it said where it is")
-                return
+        if self._goals_ended is not ended:
+            log.warning("goal refused: the robot was stopped or driven while it said where it is")
+            return
         self._goal_since, self._wanted_goal = ended, goal
+
+    def this_moment(self) -> object:
+        """Return a mark for `go_to`, for a goal whose place must first be found."""
+        return self._goals_ended
 
     def end_goals(self) -> None:
         """End goals that have been given, also those that `step` does not know yet. To be called at every stop and
