@@ -58,8 +58,16 @@ def require_no_station(uri: str) -> None:
 
 def require_master_here(uri: str) -> None:
     """Raise RuntimeError when the ROS master would have to run on another machine, and none answers there: the one that
-    is started here would not be found."""
-    host = urlsplit(uri).hostname or "localhost"
+    is started here would not be found; or when the address is none."""
+    try:
+        parts = urlsplit(uri)
+        host, complete = parts.hostname, parts.scheme == "http" and bool(parts.port)
+    except ValueError:
+        host, complete = "", False
+    if not host or not complete:
+        raise RuntimeError(
+            f"ROS_MASTER_URI is '{uri}', and not of the form http://HOST:PORT, as http://localhost:11311 is"
+        )
     if not is_ours(host) and not master_answers(uri, timeout=1.0):
         raise RuntimeError(
             f"ROS_MASTER_URI is {uri}, which is another machine, and no ROS master answers there. To run everything "

@@ -54,6 +54,22 @@ def test_a_controller_without_a_simulation_says_so_and_ends_with_ctrl_c(graph, p
     assert controller.process.wait(20.0) != 0
 
 
+@pytest.mark.parametrize(
+    ("uri", "says"),
+    [
+        ("http://192.0.2.1:11311", "is another machine, and no ROS master answers there"),
+        ("localhost:11311", "ROS_MASTER_URI is 'localhost:11311', and not of the form http://HOST:PORT"),
+        ("http://localhost:99999", "and not of the form http://HOST:PORT"),
+        ("http://localhost", "and not of the form http://HOST:PORT"),
+    ],
+)
+def test_an_address_where_no_master_can_be_is_named(graph, plain_python, uri, says):
+    *words, python = plain_python
+    simulation = graph.run(*words, f"ROS_MASTER_URI={uri}", python, "sim.py", "--port", "0")
+    assert simulation.process.wait(30.0) == 1
+    assert says in simulation.output and "Traceback" not in simulation.output
+
+
 def test_the_simulation_guides_lines_type_and_print_what_the_guide_quotes(graph, plain_python, until_true):
     simulation = graph.run(*plain_python, "sim.py", "--terrain", "flat", "--port", "0")
     world = simulation.wait_for(r"Loading world: (\S+) \(flat terrain\)")[1]

@@ -23,6 +23,7 @@ from telepresence.sim.scene import scene_names
 from telepresence.station import processes
 from telepresence.station.master_keeper import MasterKeeper
 from telepresence.station.ros_master import master_answers, master_proxy
+from telepresence.station.start_conditions import require_master_here
 from telepresence.station.virtual_display import display_answers
 
 NAME = "robot_control_node"
@@ -45,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             # Not rospy's own arguments but ours stand on the command line.
             sys.argv[1:] = []
             return node.run(NAME, node.read_robots, options.terrain)
-    except RuntimeError as error:
+    except (RuntimeError, OSError) as error:
         print(f"sim.py: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
@@ -108,8 +109,9 @@ def ros_master(uri: str) -> Iterator[None]:
     """Use the ROS master at `uri` (http://host:port), or run one there meanwhile.
 
     Raises:
-        RuntimeError: There is none, and none can be started.
+        RuntimeError: There is none, and none can be started; or that is no address of one.
     """
+    require_master_here(uri)
     if master_answers(uri, timeout=1.0):
         print(f"Using the ROS master that runs at {uri}", flush=True)
         yield
