@@ -9,13 +9,16 @@ Standard library only. Prints; installs nothing.
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
+from typing import Any
 
 from telepresence.site.site_file import SiteError, read_site
 from telepresence.station import up
 from telepresence.station.absence import VARIABLE
 
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 ROOT = Path(__file__).resolve().parents[2]
 WATCHDOG_PERIOD = 2.0
 """Seconds without a sign of life of `./stack up` after which systemd kills it and starts it again."""
@@ -85,8 +88,7 @@ def main() -> int:
     command = "unit" if words[:1] == ["unit"] else "up"
     arguments = up.parse(["--unit", *words[1:]] if command == "unit" else words)
     settings = [f"{name}:={value}" for name, value in arguments.settings.items()]
-    print(unit([arguments.robot, *settings], command), end="")
-    return 0
+    return _print([arguments.robot, *settings], command)
 
 
 def _site(words: list[str]) -> int:
@@ -99,7 +101,16 @@ def _site(words: list[str]) -> int:
     except SiteError as error:
         print(f"service: {error}", file=sys.stderr)
         return 1
-    print(unit([str(path)], "site up", SITE_STOP, SITE_ENDING), end="")
+    return _print([str(path)], "site up", SITE_STOP, SITE_ENDING)
+
+
+def _print(*words: Any) -> int:
+    """Print what `unit` returns; the exit code."""
+    try:
+        print(unit(*words), end="")
+    except ValueError as error:
+        print(f"service: {error}", file=sys.stderr)
+        return 1
     return 0
 
 
@@ -109,9 +120,14 @@ def unit(arguments: list[str], command: str = "up", stop: float = STOP, ending: 
     Args:
         stop: [s] that its programs have to end.
         ending: How they are ended.
+    Raises:
+        ValueError: A word has a line break or another control character, with which a unit would say something else.
     """
+    for word in (str(ROOT), *arguments):
+        if _CONTROL.search(word):
+            raise ValueError(f"{word!r}: a unit takes no line breaks and no other control characters")
     line = _line(str(ROOT / "stack"), *command.split(), *arguments)
-    title = " ".join([f"./stack {command}", *arguments]).replace("%", "%%")
+    title = " ".join([f"./stack {command}", *arguments]).replace("\\", "\\\\").replace("%", "%%")
     root = str(ROOT).replace("%", "%%")
     as_user = ("env", f"PYTHONPATH={ROOT}", "python3", "-P", "-m", "telepresence.station.unprivileged")
     ending = ending.format(sweep=_line(*as_user, "python3", "-P", "-m", "telepresence.station.takeover"))

@@ -15,7 +15,11 @@ SITE = Path(__file__).resolve().parents[3] / "docs" / "site.toml"
 
 @pytest.mark.parametrize(
     "words",
-    [(["pepper", "gui:=false"],), (["robotino"], "unit"), (["/a b/site.toml"], "site up", 20.0, service.SITE_ENDING)],
+    [
+        (["pepper", "gui:=false"],),
+        (["robotino", "source:=a\\"], "unit"),
+        (["/a b/site.toml"], "site up", 20.0, service.SITE_ENDING),
+    ],
 )
 def test_systemd_accepts_it(tmp_path, monkeypatch, words):
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))  # where no user is logged in there is none
@@ -38,6 +42,23 @@ def test_systemd_accepts_it(tmp_path, monkeypatch, words):
 )
 def test_what_systemd_would_expand_is_kept(argument, word):
     assert word in service.unit(["pepper", argument])
+
+
+@pytest.mark.parametrize("words", [["pepper", "source:=a\nExecStartPre=/bin/false"], ["site", "{site}"]])
+def test_what_would_be_another_line_of_the_unit_is_refused(monkeypatch, capsys, tmp_path, words):
+    site = tmp_path / "a\nb.toml"
+    site.write_text("[robot.anna]\n")
+    monkeypatch.setattr("sys.argv", ["service", *(word.format(site=site) for word in words)])
+    assert service.main() == 1
+    printed = capsys.readouterr()
+    assert printed.out == "" and "a unit takes no line breaks" in printed.err
+
+
+def test_a_word_that_ends_in_a_backslash_swallows_no_line():
+    (title,) = (
+        line for line in service.unit(["pepper", "source:=a\\"]).splitlines() if line.startswith("Description=")
+    )
+    assert title.endswith("source:=a\\\\")
 
 
 def test_it_is_watched_for_longer_than_a_beat_takes():
