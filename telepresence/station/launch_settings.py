@@ -33,6 +33,8 @@ PEPPER = Simulator("pepper", "nao_ip", "nao_port", "tcp", 9559, 9559)
 ROBOTINO = Simulator("robotino", "robotino_ip", "robotino_port", "http", 8080, 80)
 STATIONS: dict[str, tuple[Simulator, ...]] = {"pepper": (PEPPER,), "robotino": (ROBOTINO,), "both": (PEPPER, ROBOTINO)}
 """Launch file -> the robots in it that have an address. The other launch files choose their ports themselves."""
+WALKER = "walker"
+"""The launch file whose robot has a web server and a gait."""
 OWN_SETTINGS = {
     "screen_port": f"port of the page that shows the window where there is no display; default {ports.SCREEN_PAGE}",
     "firewall": "mine, if firewall rules of your own keep others from ROS when other machines reach it",
@@ -75,8 +77,8 @@ def _declared(launch_file: Path) -> list[xml.etree.ElementTree.Element]:
 
 
 def require_known(robot: str, settings: dict[str, str]) -> None:
-    """Raise RuntimeError when the launch file has no such argument, or there is no such scene; roslaunch itself ignores
-    the former and starts a simulator that ends at once with the latter."""
+    """Raise RuntimeError when the launch file has no such argument, or there is no such scene or gait; roslaunch itself
+    ignores the former and starts a simulator that ends at once with the latter."""
     known = sorted({*launch_arguments(robot), *OWN_SETTINGS})
     for name in settings:
         if name not in known:
@@ -85,6 +87,11 @@ def require_known(robot: str, settings: dict[str, str]) -> None:
     for name in ("scene", "terrain"):
         if settings.get(name, scenes[0]) not in scenes:
             raise RuntimeError(f"there is no {name} '{settings[name]}'; there are: {', '.join(scenes)}")
+    if robot == WALKER and "gait" in settings:
+        from telepresence.sim.walker.gait import GAITS  # NumPy, which nobody else here needs
+
+        if settings["gait"] not in GAITS:
+            raise RuntimeError(f"there is no gait '{settings['gait']}'; there are: {', '.join(GAITS)}")
 
 
 def require_loopback(settings: dict[str, str], name: str) -> None:
@@ -164,5 +171,7 @@ def require_ports(robot: str, settings: dict[str, str], simulated: bool) -> None
         require_free(robot_page, "robot_page_port", "the simulated Pepper's own page")
     if PEPPER in wires:
         require_free(port_setting(settings, "page_port", ports.TABLET_PAGE), "page_port", "the tablet's page")
+    if robot == WALKER and settings.get("port") != "0":  # which takes a free one
+        require_free(port_setting(settings, "port", ports.WALKER), "port", "the walker's web server")
     for drive in drive_ports(robot, settings, simulated):
         require_free(port_setting(settings, drive.argument, drive.port), drive.argument, drive.purpose, udp=True)

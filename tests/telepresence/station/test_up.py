@@ -80,6 +80,7 @@ def test_other_arguments_are_refused_with_a_reason(argv, capsys):
         ("both", "colour", "red", "robotino_ip"),
         ("robotino", "scene", "moon", "arena"),
         ("both", "terrain", "moon", "ramp"),
+        ("walker", "gait", "gallop", "trot, crawl"),
     ],
 )
 def test_an_argument_or_scene_that_does_not_exist_is_refused_with_those_that_do(robot, name, value, hint):
@@ -92,7 +93,8 @@ def test_every_argument_of_a_station_is_known(robot):
     text = (launch_settings.LAUNCH / f"{robot}.launch").read_text()
     names = set(re.findall(r'^  <arg name="(\w+)" default=', text, re.MULTILINE))
     assert {"viewer", "seed", "scene"} <= names and launch_settings.launch_arguments(robot) == names
-    launch_settings.require_known(robot, dict.fromkeys([*names, *launch_settings.OWN_SETTINGS], "rough"))
+    values = dict.fromkeys([*names, *launch_settings.OWN_SETTINGS], "rough")
+    launch_settings.require_known(robot, values | {"gait": "trot"} if "gait" in names else values)
 
 
 def test_both_robots_are_announced_with_their_addresses():
@@ -252,6 +254,18 @@ def test_a_taken_port_is_named_with_the_argument_that_changes_it():
         port = other.getsockname()[1]
         with pytest.raises(RuntimeError, match=rf"udp port {port}.*drive_port:=<port>"):
             launch_settings.require_free(port, "drive_port", "Pepper's drive server", udp=True)
+
+
+def test_a_walker_whose_port_is_taken_does_not_start():
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = str(other.getsockname()[1])
+        with pytest.raises(RuntimeError, match=rf"port {port}, wanted for the walker's web server, is taken"):
+            launch_settings.require_ports("walker", {"port": port}, True)
+    with pytest.raises(RuntimeError, match="port:=x is not a port"):
+        launch_settings.require_ports("walker", {"port": "x"}, True)
+    launch_settings.require_ports("walker", {"port": "0"}, True)
 
 
 def test_the_drive_servers_of_a_station_are_known(monkeypatch):
