@@ -5,6 +5,7 @@ import { answers, translate, word } from "./words.js";
 
 const PERIOD = 3000; // ms between two looks
 const KEPT = "wayIn"; // in the tab's storage: who comes back to the list opens the next robot by the same link
+const SECONDARY = 2; // the button that opens a menu, from which links are copied
 const news = /** @type {HTMLElement} */ (document.getElementById("news"));
 /** @type {HTMLElement[]} */
 const states = [...document.querySelectorAll(".state")].map((each) => /** @type {HTMLElement} */ (each));
@@ -17,11 +18,12 @@ function takeLink() {
   }
   for (const state of states) {
     const link = /** @type {HTMLAnchorElement} */ (state.closest("a"));
-    link.onclick = (event) => {
-      const way = wayInto(state);
-      if (!way) return;
-      event.preventDefault(); // the secret stands in no link that could be copied
-      location.assign(`${link.getAttribute("href")}${way}`);
+    link.onclick = link.onauxclick = (event) => {
+      if (event.button === SECONDARY) return;
+      // The browser opens it here or in another tab, as it was pressed, and then the secret is gone again: it stands
+      // in no link that could be copied.
+      link.setAttribute("href", `${state.dataset.robot}/${wayInto(state)}`);
+      setTimeout(() => link.setAttribute("href", `${state.dataset.robot}/`));
     };
   }
 }

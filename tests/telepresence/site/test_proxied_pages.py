@@ -13,6 +13,9 @@ from proxied_site import ROBOTS, ProxiedSite
 
 pytestmark = pytest.mark.browser
 
+CTRL = 2
+"""Of DevTools' Input.dispatchMouseEvent, modifiers."""
+
 
 @pytest.fixture(scope="module")
 def site(free_port):
@@ -116,6 +119,32 @@ def test_a_link_with_a_key_and_an_invitation_hands_each_robot_its_own(browser):
     finally:
         browser.tools.call("Page.removeScriptToEvaluateOnNewDocument", **script)
         browser.evaluate("sessionStorage.clear()")
+
+
+@pytest.mark.parametrize(
+    "pressed", [{"button": "left", "modifiers": CTRL}, {"button": "middle"}], ids=["Ctrl", "middle"]
+)
+def test_a_robot_that_is_opened_in_another_tab_gets_the_way_in_too(browser, monkeypatch, pressed):
+    def pages() -> set[str]:
+        targets = browser.tools.call("Target.getTargets")["targetInfos"]
+        return {target["targetId"] for target in targets if target["type"] == "page"}
+
+    open_list(browser, "#i=abc-DEF_123")
+    browser.until("location.hash === ''", "it leaves the address")
+    before = pages()
+    x, y = browser.place('a[href="ben/"]')
+    for kind in ("mousePressed", "mouseReleased"):
+        browser.tools.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, clickCount=1, **pressed)
+    until(lambda: pages() - before, "another tab")
+    (other,) = pages() - before
+    assert browser.evaluate("location.pathname") == "/", "the list stays open"
+    assert browser.evaluate("document.documentElement.outerHTML.includes('abc-DEF')") is False
+    session = browser.tools.call("Target.attachToTarget", targetId=other, flatten=True)["sessionId"]
+    with monkeypatch.context() as patched:
+        patched.setattr(browser.tools, "_session", session)
+        browser.until("document.getElementById('enterTitle')?.textContent === 'You are invited'", "ben's page has it")
+    browser.tools.call("Target.closeTarget", targetId=other)
+    browser.evaluate("sessionStorage.clear()")
 
 
 def test_pick_a_robot_and_drive_it_then_the_other(browser, site):
