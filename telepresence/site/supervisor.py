@@ -20,6 +20,7 @@ from telepresence.site.container import name_of
 from telepresence.site.proxy import CertificateWatch, prepare, start_caddy
 from telepresence.site.site_file import Elsewhere, Site, Unit
 from telepresence.site.unit import (
+    claimed,
     command,
     environment,
     heartbeat_of,
@@ -225,11 +226,12 @@ _SITES_OWN = ("NOTIFY_SOCKET", "TELEPRESENCE_STATION")
 
 
 def run(site: Site, folder: StationFolder, stop: threading.Event) -> int:
-    """Bring a site up and keep it so until `stop` is set; return the exit code. Raises what `prepare` and `RunningSite`
-    do."""
+    """Bring a site up and keep it so until `stop` is set; return the exit code. Raises what `claimed`, `prepare` and
+    `RunningSite` do."""
     with contextlib.ExitStack() as ends:
         # Whoever writes to a terminal that nobody reads waits, and a supervisor that waits brings nobody back.
         printer = ends.enter_context(TerminalPrinter(site_logs(site)))
+        ends.enter_context(claimed(site))
         files, config = prepare(site, folder.path)
         if stop.is_set():  # Ctrl-C meanwhile: no unit needs to be ended
             return 0

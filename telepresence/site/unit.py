@@ -7,9 +7,10 @@ nobody else's business. Accounts and invitations are those of the user, for all 
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from telepresence.page.proxy import SOCKET
@@ -167,6 +168,31 @@ def signs_in(unit: Unit, site: Site) -> bool:
 def page_folder(unit: Unit) -> Path:
     """Return where a unit's page keeps its sign-ins and its audit: those of two programs cannot be in one file."""
     return Path.home() / ".config" / "telepresence" / "site" / unit.name
+
+
+@contextlib.contextmanager
+def claimed(site: Site) -> Iterator[None]:
+    """Keep the names of this site's robots for it: of two sites of one user, robots of one name would share sign-ins,
+    audit and logs, and the container of one would end the other's.
+
+    Raises:
+        SiteError: Another site that runs has one of them.
+        OSError: Their folders cannot be made.
+    """
+    with contextlib.ExitStack() as ends:
+        for unit in site.units:
+            folder = page_folder(unit)
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)  # the kernel releases it however this process ends
+            ends.callback(os.close, lock)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise SiteError(
+                    f"robot.{unit.name}: another site of yours, which runs, has a robot of this name. End it, or "
+                    "choose another name"
+                ) from None
+        yield
 
 
 def log_folder(unit: Unit, site: Site) -> Path:

@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 from telepresence_ros.pseudo_terminal import Terminal
 
+from telepresence.site.site_file import SiteError, read_site
+from telepresence.site.unit import claimed
 from telepresence.station import processes
 
 pytestmark = pytest.mark.slow
@@ -99,6 +101,8 @@ def test_whoever_stops_reading_ends_no_robot(home, free_port, wait_until):
     site = processes.start(words(home, free_port()), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
         assert any("anna: is up" in line for line in iter(site.stdout.readline, ""))
+        with pytest.raises(SiteError, match=r"robot\.anna: another site"), claimed(read_site(home / "site.toml")):
+            pass
         site.stdout.close()
         require_a_site_that_works(home, wait_until)
         assert (home / "started.tmpdir").read_text() == os.environ["TMPDIR"], "not into the site's own folder"

@@ -9,7 +9,16 @@ from pathlib import Path
 import pytest
 
 from telepresence.site.site_file import Site, SiteError, parse_site
-from telepresence.site.unit import command, environment, log_folder, ports_of, require_ports, signs_in, socket_of
+from telepresence.site.unit import (
+    claimed,
+    command,
+    environment,
+    log_folder,
+    ports_of,
+    require_ports,
+    signs_in,
+    socket_of,
+)
 from telepresence.station import launch_settings
 from telepresence.station.up import parse
 
@@ -88,6 +97,19 @@ def test_a_unit_in_a_container_shares_its_pages_socket_and_publishes_what_the_ta
 def test_a_container_gets_no_folder_of_the_site_whatever_its_robot_is_called(name):
     (unit,) = site_of(f"[robot.{name}]\nimage = 'telepresence'").units
     assert not (HERE / name).is_relative_to(socket_of(unit, HERE).parent)
+
+
+def test_two_running_sites_have_no_robots_of_one_name(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    one, other = site_of("[robot.anna]\n[robot.ben]"), site_of("port = 9000\n[robot.ben]\nimage = 'telepresence'")
+    with claimed(one):
+        with pytest.raises(SiteError, match=r"robot\.ben: another site of yours, which runs, has a robot of this name"):
+            with claimed(other):
+                pass
+        with claimed(site_of("[robot.carl]")):
+            pass
+    with claimed(other):
+        pass
 
 
 def test_a_port_that_is_taken_or_wanted_twice_is_named(free_port):
