@@ -190,9 +190,9 @@ class ALLocalization(Module):
         return self._disk.path(f"{BASE}/default")
 
     def _directory(self, name: str) -> Path | None:
-        """Return a directory under the base; None if the name leads out of it."""
+        """Return a directory under the base; None if the name leads out of it, or names the base itself."""
         inside = PurePosixPath(name or "default")
-        if inside.is_absolute() or ".." in inside.parts or "\0" in name:
+        if not inside.parts or inside.is_absolute() or ".." in inside.parts or "\0" in name:
             return None
         return self._disk.path(f"{BASE}/{inside}")
 

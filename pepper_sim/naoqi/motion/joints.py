@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from pepper_sim.body.description import MOTION_CYCLE
+from pepper_sim.body.joints import MAX_TRAJECTORY
 from pepper_sim.naoqi.joint_names import BODY, CHAINS, GROUPS, HANDS, joints_of, per_joint, values_for
 from pepper_sim.naoqi.motion.bezier import bezier_knots
 from pepper_sim.naoqi.motion_tasks import MotionTasks
@@ -258,4 +259,6 @@ def _check_rising(moments: Sequence[float], joint: str) -> None:
     for index, moment in enumerate(moments):
         if moment < 0.0 or (index and moment <= before):
             raise ServiceError(f"the times of {joint} must be positive and increasing, got {moment:g} after {before:g}")
+        if moment > MAX_TRAJECTORY:  # before a curve is sampled, which takes memory for each moment
+            raise ServiceError(f"the times of {joint} must be at most {MAX_TRAJECTORY:g} s, got {moment:g}")
         before = moment

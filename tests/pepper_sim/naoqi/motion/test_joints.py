@@ -218,3 +218,4 @@ def test_malformed_bezier_curves_are_refused(naoqi, refused):
     assert "times" in refused(bezier, ["HeadYaw"], [], [])
     assert "controlPoints" in refused(bezier, ["HeadYaw"], [[1.0]], [[]])
     assert "handle" in refused(bezier, ["HeadYaw"], [[1.0]], [[[0.1, [3, 0.1]]]])
+    assert "at most 3600 s" in refused(bezier, ["HeadYaw"], [[4e9]], [[0.1]]), "before it is sampled"
