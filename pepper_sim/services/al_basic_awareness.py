@@ -7,12 +7,13 @@ uses the head pauses it. Source: NAOqi 2.8 documentation, ALBasicAwareness.
 from __future__ import annotations
 
 import concurrent.futures
+import math
 from typing import Any
 
 from pepper_sim.naoqi.people.aim import HEAD, head_angles
 from pepper_sim.naoqi.people.attention import NOBODY, UPWARDS, Attention
 from pepper_sim.naoqi.people.population import Look, Population
-from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
+from pepper_sim.naoqi.service import Module, ServiceError, finite, one_of, remote, shown
 from pepper_sim.naoqi.tasks import Workers
 from pepper_sim.robot import Pepper
 from pepper_sim.services.al_memory import ALMemory
@@ -229,11 +230,20 @@ class ALBasicAwareness(Module):
                 self.attention.halt()
 
     def _touched(self, changes: Any) -> None:
-        if any(row[1] for row in changes):
+        try:
+            touched = any(row[1] for row in changes)
+        except (TypeError, IndexError, KeyError):
+            return  # raised by a client: not what the body raises
+        if touched:
             self._distract("Touch", {"HeadYaw": 0.0, "HeadPitch": UPWARDS})
 
     def _heard(self, value: Any) -> None:
-        azimuth, elevation = value[1][:2]
+        try:
+            azimuth, elevation = (finite(angle, "SoundLocated") for angle in value[1][:2])
+        except (TypeError, ValueError, IndexError, KeyError, ServiceError):
+            return  # raised by a client: no direction
+        if max(abs(azimuth), abs(elevation)) > math.pi:
+            return  # there is none such, and the head would be on its way for ever
         self._distract("Sound", {"HeadYaw": azimuth, "HeadPitch": -elevation})
 
     def _distract(self, name: str, angles: dict[str, float] | None) -> None:

@@ -175,7 +175,10 @@ class Population:
         visible = sorted((one for one in known if one.visible), key=lambda one: one.last.distance)
         self.last = look = Look(sight, tuple(visible), known)
         for watcher in watchers:
-            watcher.update(look)
+            try:
+                watcher.update(look)
+            except Exception:  # one who fails must not keep the look from the others
+                log.exception("somebody could not use what was seen")
 
     def _update_population(self, sight: Sight) -> None:
         for known in self._known.values():

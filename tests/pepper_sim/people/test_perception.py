@@ -363,6 +363,27 @@ def test_a_tracker_that_drives_gives_way_to_whoever_else_does(naoqi, stranger, e
     tracker.unregisterAllTargets()
 
 
+NOWHERE = [[math.nan, 0.0], [math.inf, 0.0], [1e300, 0.0], ["left", 0.0]]
+
+
+def test_no_event_of_a_client_keeps_awareness_from_people(naoqi, stranger, events, wait_until, caplog):
+    awareness, memory, tracked = naoqi.ALBasicAwareness, naoqi.ALMemory, events("ALBasicAwareness/HumanTracked")
+    awareness.setEnabled(True)
+    try:
+        for direction in NOWHERE:
+            memory.raiseEvent("ALSoundLocalization/SoundLocated", [[0, 0], [*direction, 0.8, 0.0], [], []])
+        for value in (5, None, [5], [[], [0.5]], {}):
+            memory.raiseEvent("ALSoundLocalization/SoundLocated", value)
+            memory.raiseEvent("TouchChanged", value)
+        stranger.place(1.5, -0.7, math.pi)
+        wait_until(lambda: tracked and tracked[-1] > 0, "a person is tracked all the same")
+    finally:
+        awareness.setEnabled(False)
+        for event in ("ALSoundLocalization/SoundLocated", "TouchChanged"):
+            memory.removeData(event)
+    assert not [record for record in caplog.records if record.exc_info], "nothing failed"
+
+
 def test_each_state_of_life_sets_awareness_anew(naoqi, stranger, wait_until):
     life, awareness, robot = naoqi.ALAutonomousLife, naoqi.ALBasicAwareness, naoqi.robot
     modes = lambda: (awareness.getEngagementMode(), awareness.getTrackingMode())  # noqa: E731
