@@ -17,6 +17,7 @@ import numpy as np
 from page_browser import Browser
 from page_server import ANNA, WILL, NoConversation, OneRobot, OneStation
 
+from pepper_sim.tablet.devtools import BrowserError
 from telepresence.geometry import ZERO_VELOCITY, Velocity
 from telepresence.page.app import PilotPage
 from telepresence.page.certificate import server_context
@@ -244,7 +245,15 @@ class PageBrowser(Browser):
         return answer["result"].get("value")
 
     def until(self, expression: str, what: str) -> None:
-        until(lambda: self.evaluate(expression), f"{what} {self.errors}")
+        def holds() -> Any:
+            try:
+                return self.evaluate(expression)
+            except BrowserError as error:
+                if "execution context" not in str(error).lower():
+                    raise
+                return False  # between two documents there is none
+
+        until(holds, f"{what} {self.errors}")
 
     def open(self, **settings: Any) -> None:
         """Open the page with these settings and nobody signed in."""
