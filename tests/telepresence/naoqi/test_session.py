@@ -403,9 +403,7 @@ def test_one_connection_through_a_port_forward_to_an_old_robot() -> None:
             ends = {near: far, far: near}
 
             def pump(source: socket.socket) -> None:
-                with contextlib.suppress(
-                    OSError
-                ):  # at the end either side may be gone or closed first
+                with contextlib.suppress(OSError):  # at the end either side may be gone or closed first
                     while data := source.recv(1 << 16):
                         ends[source].sendall(data)
                     ends[source].shutdown(socket.SHUT_WR)
