@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from site_unit import PREPARES, RUNS
 from telepresence_ros.pseudo_terminal import Terminal
 
 from telepresence.site.site_file import SiteError, read_site
@@ -19,22 +20,13 @@ from telepresence.station import processes
 
 pytestmark = pytest.mark.slow
 
-UNIT = """
-import os, socket, sys, time
-from pathlib import Path
-from telepresence.station import heartbeat
+NOTES = """
 Path(sys.argv[2] + ".tmpdir").write_text(os.environ.get("TMPDIR", ""))
 with open(sys.argv[2], "a") as started:
     print(os.getpid(), file=started)
-server = socket.socket(socket.AF_UNIX)
-server.bind(sys.argv[1])
-server.listen()
-heartbeat.notify("READY=1")
-while True:
-    heartbeat.beat()
-    time.sleep(0.05)
 """
-"""What a unit is to the site; it notes its process id and where its temporary files go."""
+UNIT = PREPARES + NOTES + RUNS
+"""A unit that notes its process id and where its temporary files go."""
 SITE = """
 import signal, sys, threading
 from pathlib import Path

@@ -14,6 +14,7 @@ import tracemalloc
 from pathlib import Path
 
 import pytest
+from site_unit import UNIT
 
 from telepresence.site import proxy, supervisor
 from telepresence.site.site_file import parse_site
@@ -23,18 +24,6 @@ from telepresence.station.log_folder import LARGEST_OUTPUT
 
 pytestmark = pytest.mark.slow
 
-UNIT = """
-import socket, sys, time
-from telepresence.station import heartbeat
-server = socket.socket(socket.AF_UNIX)
-server.bind(sys.argv[1])
-server.listen()
-heartbeat.notify("READY=1")
-while True:
-    heartbeat.beat()
-    time.sleep(0.05)
-"""
-"""What a unit is to the site: it beats, and its page has a socket."""
 SITE = """
 import os, sys, time
 from pathlib import Path
