@@ -15,6 +15,7 @@ import math
 from collections import deque
 
 from .braking import stopping_speed
+from .obstacle_memory import FIRST_LIFETIME
 from .robot_profile import Swing
 
 HOME = 0.03
@@ -27,8 +28,6 @@ LEARNT = 0.5
 """Share of the newest turning point in what is known of the body's lead."""
 LONGEST_LEAD = 1.0
 """[s]"""
-LOOKED = 3.0
-"""What a beam met no longer ago than this is still remembered, however it was met [s]."""
 FIRST = 2.0
 """From standing in the middle to one side and then to the other takes at most this many sweeps, where the body has not
 turned that far lately for any other reason."""
@@ -79,9 +78,10 @@ class BodySwing:
             theta: Heading of the body in the odometry frame [rad].
         """
         if self._headings:
-            theta += math.tau * round((self._headings[-1][1] - theta) / math.tau)
+            last = self._headings[-1][1]
+            theta = last + math.remainder(theta - last, math.tau)
         self._headings.append((now, theta))
-        while now - self._headings[0][0] > LOOKED:
+        while now - self._headings[0][0] > FIRST_LIFETIME:  # what was met before may be forgotten
             self._headings.popleft()
 
     def rate(self, theta: float, pilot_rate: float, wanted: bool, dt: float) -> float:

@@ -16,7 +16,7 @@ from .scan import Scan
 
 FIRST_LIFETIME = 3.0
 """How long a single sighting is kept; each further one doubles it, up to the lifetime. Standing things are seen again;
-noise, and what a passing person leaves behind, is not. Longer than one period of the careful scan [s]."""
+noise, and what a passing person leaves behind, is not. The careful scan counts on it [s]."""
 DOUBLINGS = 20.0
 """Further sightings do not count: no lifetime is that long, and the doubling would overflow."""
 BELIEVED = 3
