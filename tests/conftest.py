@@ -134,6 +134,17 @@ def nothing_remembered() -> None:
     os.environ["TELEPRESENCE_SETTINGS"] = "none"
 
 
+@pytest.fixture(autouse=True)
+def still_an_ordinary_program() -> Iterator[None]:
+    """A test that puts itself first does so for all that come after it, and for every program that they start."""
+    before = os.sched_getscheduler(0)
+    yield
+    after = os.sched_getscheduler(0)
+    if after != before:
+        os.sched_setscheduler(0, before, os.sched_param(0))
+        pytest.fail("this test changed the priority of the process that runs the tests")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def nothing_left_behind() -> Iterator[None]:
     """After the last test no descendant of ours may live, orphans included."""

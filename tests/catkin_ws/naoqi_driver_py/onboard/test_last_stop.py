@@ -255,6 +255,7 @@ def test_a_server_that_breaks_stops_the_robot_first(monkeypatch, folder):
             pass
 
     monkeypatch.setattr(signal, "signal", lambda *_: None)
+    monkeypatch.setattr(drive_program, "come_first", lambda: None)
     monkeypatch.setattr(drive_program, "PepperBase", Base)
     monkeypatch.setattr(drive_program, "DriveServer", Broken)
     assert drive_program.main(["--qi-url", "tcp://192.0.2.1:9559"]) == 1
