@@ -177,6 +177,8 @@ class PilotPage:
             response = refuse(403, reason) if reason else await handler(request)
         except web.HTTPException as error:
             response = refuse(error.status, error.reason)
+        except web.RequestPayloadError:
+            response = refuse(400, "That cannot be read.")
         finally:
             self.admission.answered(request.transport)
         if not response.prepared:  # a websocket is, and is over

@@ -18,6 +18,7 @@ from aiohttp import web
 from telepresence.page.attempts import network
 from telepresence.page.proxy import Proxy
 from telepresence.web.admission import ANYBODY, Admission, Limits
+from telepresence.web.request_log import request_log
 
 FIRST_REQUEST = 2.0
 """[s] for TLS's handshake and the first lines of a request."""
@@ -39,7 +40,7 @@ async def serving(
     Yields:
         What takes the connections: done only if it has failed.
     """
-    runner = web.AppRunner(application, access_log=None, handle_signals=False)
+    runner = web.AppRunner(application, access_log=None, logger=request_log(__name__), handle_signals=False)
     await runner.setup()
     assert runner.server is not None, "setup has made it"
     taking = asyncio.ensure_future(admission.run(listening, runner.server, tls))

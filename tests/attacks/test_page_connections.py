@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import logging
 import resource
+import socket
 import statistics
 import subprocess
 import sys
@@ -22,6 +24,7 @@ from page_server import ANNA, WILL
 from page_stranger import FORWARD, Pilot, Stranger
 
 from telepresence.page.attempts import MOST
+from telepresence.security.log_flood import BURST
 from telepresence.station import processes
 
 CROWD = Path(__file__).resolve().parents[1] / "lab" / "idle_crowd.py"
@@ -85,3 +88,21 @@ def test_a_stranger_holds_more_connections_than_there_are_files(
                 assert "state" in next(text for text in looking if isinstance(text, str))
         assert not pilot.hung_up and pilot.silence < SILENCE
         assert ("I", "nobody") not in itertools.pairwise(pilot.had)
+
+
+def test_requests_that_cannot_be_read_fill_the_log(page: PageInProcess, caplog: pytest.LogCaptureFixture) -> None:
+    """They get an answer, and write a line a second."""
+    caplog.set_level(logging.INFO)
+    stranger, began = Stranger(page.url), time.monotonic()
+    for unreadable in (
+        b"GET / HTTP/1\r\n\r\n",
+        b"GET / HTTP/1.1\r\nContent-Length: x\r\n\r\n",
+        b"POST /enter HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Encoding: gzip\r\nContent-Length: 5\r\n\r\nhello",
+    ):
+        for _ in range(20):
+            with socket.create_connection((stranger.host, stranger.port), timeout=10.0) as plain:
+                with stranger.context.wrap_socket(plain) as client:
+                    client.sendall(unreadable)
+                    assert b" 400 " in client.recv(100)
+    assert not any(record.exc_info for record in caplog.records)
+    assert len(caplog.records) <= BURST + 2 + time.monotonic() - began

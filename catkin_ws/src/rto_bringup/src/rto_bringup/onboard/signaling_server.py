@@ -29,6 +29,7 @@ from telepresence.security.signed_requests import (
 from telepresence.station import heartbeat
 from telepresence.web.admission import Admission, Limits
 from telepresence.web.listener import listener
+from telepresence.web.request_log import request_log
 
 log = logging.getLogger(__name__)
 
@@ -105,7 +106,7 @@ class SignalingServer:
         runner = web.AppRunner(
             application,
             access_log=None,
-            logger=_short_log(),
+            logger=request_log(__name__),
             shutdown_timeout=1.0,
             keepalive_timeout=BODY_TIMEOUT,
             lingering_time=0.0,
@@ -196,6 +197,8 @@ async def _read(request: web.Request) -> bytes:
             return await request.read()
     except TimeoutError:
         raise web.HTTPRequestTimeout(text="the body takes too long\n") from None
+    except web.RequestPayloadError:
+        raise web.HTTPBadRequest(text="the body cannot be read\n") from None
 
 
 async def _handle(request: web.Request, handler: Handler) -> web.StreamResponse:
@@ -236,18 +239,3 @@ async def _beat() -> None:
     while True:
         heartbeat.beat(FROZEN_AFTER)
         await asyncio.sleep(BEAT_PERIOD)
-
-
-def _short_log() -> logging.Logger:
-    """aiohttp writes a traceback for whatever a stranger sends."""
-    short = logging.getLogger(f"{__name__}.http")
-    if not short.filters:
-        short.addFilter(_no_traceback)
-    return short
-
-
-def _no_traceback(record: logging.LogRecord) -> bool:
-    error = record.exc_info[1] if record.exc_info else None
-    if isinstance(error, web.HTTPException | ValueError | OSError) or "Error handling request" in str(record.msg):
-        record.exc_info = None
-    return True
