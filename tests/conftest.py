@@ -7,7 +7,6 @@ import gc
 import os
 import signal
 import subprocess
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -19,6 +18,7 @@ import work_sharing
 from free_ports import free_port
 from hypothesis import HealthCheck, settings
 from private_master import start_master
+from waiting import wait_until
 
 from telepresence.station import processes
 
@@ -41,22 +41,6 @@ settings.register_profile(
 settings.load_profile("shared machine")
 
 ROOT = Path(__file__).resolve().parent.parent
-DEADLINE = 30.0
-"""Seconds after which a condition counts as never coming; generous, because the machines are shared."""
-
-
-def wait_until(condition: Callable[[], object], what: str, timeout: float = DEADLINE) -> object:
-    """Poll until `condition()` is true and return its value; fail with `what` after `timeout` seconds."""
-    deadline = time.monotonic() + timeout
-    while True:
-        value = condition()
-        if value:
-            return value
-        if time.monotonic() > deadline:
-            pytest.fail(f"{what}: not within {timeout:.0f} s")
-        time.sleep(0.05)
-
-
 EVIDENCE = 4000
 """Characters, the last ones, of what is printed of each thing that a test which was run again had captured or noted."""
 

@@ -16,9 +16,10 @@ from typing import Any
 
 import pytest
 import qi
-from bare_nodes import BareNode, BareNodes, wait_for
+from bare_nodes import BareNode, BareNodes
 from free_ports import free_port
 from tls_front import TlsFront, make_certificate
+from waiting import wait_until
 
 SECRET = "correct horse battery staple"
 LINES_ALLOWED = 8
@@ -181,7 +182,7 @@ class Scene:
         for name, count in before.items():
             program = self._programs[name]
             try:
-                wait_for(
+                wait_until(
                     lambda name=name, count=count, program=program: self._count(name) > count or not program.alive,
                     f"somebody asks for {name}",
                 )
@@ -291,7 +292,7 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 def test_the_password_goes_over_the_network_in_the_clear(scene: Scene) -> None:
     """With tcp nobody gets the password, though NAO_PASSWORD has one."""
-    wait_for(lambda: len(scene.front.received) > 500, "the driver speaks")
+    wait_until(lambda: len(scene.front.received) > 500, "the driver speaks")
     assert SECRET.encode() not in scene.front.received
 
 
@@ -301,10 +302,10 @@ def test_whoever_answers_later_at_the_robots_address_gets_the_password(
     """The robot's certificate is known from the first connection; another one gets not a byte."""
     front = TlsFront(robot.port, certificates[0])
     nodes.node("naoqi_driver_py", "naoqi_joint_states.py", f"--pip=tcps://127.0.0.1:{front.port}", "__name:=encrypted")
-    wait_for(lambda: SECRET.encode() in front.received, "the robot gets the password")
+    wait_until(lambda: SECRET.encode() in front.received, "the robot gets the password")
     front.received = b""
     tried = front.connections
     front.show(certificates[1])
-    wait_for(lambda: front.connections > tried + 1 or SECRET.encode() in front.received, "the driver tries again")
+    wait_until(lambda: front.connections > tried + 1 or SECRET.encode() in front.received, "the driver tries again")
     front.close()
     assert SECRET.encode() not in front.received

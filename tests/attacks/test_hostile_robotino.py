@@ -12,8 +12,9 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
-from bare_nodes import BareNodes, wait_for
+from bare_nodes import BareNodes
 from tcp_listener import TcpListener
+from waiting import wait_until
 
 HONEST = {
     "/data/distancesensorarray": b"[0.41,0.41,0.41,0.41,0.41,0.41,0.41,0.41,0.41]",
@@ -112,7 +113,7 @@ class Scene:
                 self.robot.asked[name] >= before[name] + more or not self._programs[name].alive for name in before
             )
 
-        wait_for(asked, "the nodes ask the robot")
+        wait_until(asked, "the nodes ask the robot")
 
     def attack(self, answer: bytes | None, drip: bool = False) -> None:
         self.honest()

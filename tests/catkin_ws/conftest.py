@@ -11,7 +11,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 import xmlrpc.client
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -23,6 +22,7 @@ from endings import end_together
 from free_ports import free_port
 from naoqi_clients import DEFAULT, client_library
 from talker import PROBE, Caller
+from waiting import wait_until
 
 from telepresence.naoqi.served_object import ServedObject
 from telepresence.naoqi.server import Server
@@ -132,16 +132,6 @@ def make_connection() -> Iterator[Callable[[int], RobotConnection]]:
         wire.close()
 
 
-def until(condition: Callable[[], Any], what: str, timeout: float = PATIENCE) -> Any:
-    """Poll until `condition()` is true and return its value; fail with `what` after `timeout` seconds."""
-    deadline = time.monotonic() + timeout
-    while not (value := condition()):
-        if time.monotonic() > deadline:
-            pytest.fail(f"{what}: not within {timeout:.0f} s")
-        time.sleep(0.05)
-    return value
-
-
 class Program:
     """A running program and what it has printed; `with` it, it is dead at the end, however that comes."""
 
@@ -171,8 +161,8 @@ class Program:
             return re.search(pattern, self.output)
 
         try:
-            return until(match, f"{self._log.stem} prints {pattern!r}")
-        except pytest.fail.Exception as error:
+            return wait_until(match, f"{self._log.stem} prints {pattern!r}")
+        except AssertionError as error:
             if self.process.poll() is None:
                 pytest.fail(f"{error}; so far:\n{self.output}")
             raise
@@ -201,11 +191,11 @@ class Probe(Caller):
     def latest(self, topic: str) -> list[Any]:
         """The fields of the next message on a watched topic."""
         self.forget(topic)
-        return until(lambda: self.seen(topic), f"a message on {topic}")[-1][1]
+        return wait_until(lambda: self.seen(topic), f"a message on {topic}")[-1][1]
 
     def newest(self, topic: str) -> list[Any]:
         """The fields of the newest message on a watched topic; of the next one, when there was none yet."""
-        return until(lambda: self.seen(topic), f"a message on {topic}")[-1][1]
+        return wait_until(lambda: self.seen(topic), f"a message on {topic}")[-1][1]
 
 
 class Graph:
@@ -232,7 +222,7 @@ class Graph:
 
     def start_master(self) -> Program:
         self.master = self.run("rosmaster", "--core", "-p", self.uri.rpartition(":")[2])
-        until(lambda: master_answers(self.uri), "the ROS master answers")
+        wait_until(lambda: master_answers(self.uri), "the ROS master answers")
         return self.master
 
     def start_robot(self, scene: str = "empty", *options: str) -> Program:
@@ -297,11 +287,6 @@ def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
     made = Graph(tmp_path_factory.mktemp("ros"))
     yield made
     made.close()
-
-
-@pytest.fixture(scope="session")
-def until_true() -> Callable:
-    return until
 
 
 @pytest.fixture(scope="session")

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 import subprocess
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 from endings import end_together
 from free_ports import free_port
+from waiting import wait_until
 
 from telepresence.station import processes
 from telepresence.station.ros_master import master_answers
@@ -72,7 +71,7 @@ class BareNodes:
         }
         self.nodes: list[BareNode] = []
         master = self._add(["rosmaster", "--core", "-p", uri.rpartition(":")[2]])
-        wait_for(lambda: master_answers(uri), "the ROS master answers")
+        wait_until(lambda: master_answers(uri), "the ROS master answers")
         self.nodes.remove(master)
         self._all = [master]
 
@@ -90,11 +89,3 @@ class BareNodes:
         self.nodes.append(BareNode(argv, self.environment, log))
         self.nodes[-1].ensure()
         return self.nodes[-1]
-
-
-def wait_for(condition: Callable[[], object], what: str, timeout: float = PATIENCE) -> None:
-    """Raise AssertionError unless the condition holds within `timeout` seconds."""
-    deadline = time.monotonic() + timeout
-    while not condition():
-        assert time.monotonic() < deadline, f"{what}: not within {timeout:g} s"
-        time.sleep(0.02)

@@ -77,7 +77,7 @@ class GatedStation:
         """Wait for a condition; a failure says what gate and driver said."""
         try:
             return self._until(condition, what)
-        except pytest.fail.Exception as failure:
+        except AssertionError as failure:
             pytest.fail(f"{failure}; the gate: {self.safety}; the driver: {self.drive_state}")
 
     def told(self, text: str) -> None:

@@ -93,14 +93,14 @@ class OnboardServer:
         return status
 
 
-def drive(pilot: DriveLink, motion: Motion, until_true: Callable, name: str = "move") -> None:
+def drive(pilot: DriveLink, motion: Motion, wait_until: Callable, name: str = "move") -> None:
     """Drive until ALMotion has got a velocity, or what is called instead."""
 
     def driven() -> bool:
         pilot.drive(0.2, 0.0, 0.1)
         return motion.calls[-1:] != [] and motion.calls[-1][0] == name
 
-    until_true(driven, "the robot drives")
+    wait_until(driven, "the robot drives")
 
 
 def children(pid: int) -> list[int]:

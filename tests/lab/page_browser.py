@@ -89,11 +89,11 @@ class Browser(OpenPage):
         return base64.b64decode(self.tools.call("Page.captureScreenshot")["data"])
 
 
-def enter(browser: OpenPage, until_true: Callable, name: str = "anna") -> OpenPage:
+def enter(browser: OpenPage, wait_until: Callable, name: str = "anna") -> OpenPage:
     """Sign in; who comes first gets the robot."""
-    until_true(lambda: browser.evaluate("!document.getElementById('enter').hidden"), "the page asks who it is")
+    wait_until(lambda: browser.evaluate("!document.getElementById('enter').hidden"), "the page asks who it is")
     browser.sign_in(name)
-    until_true(browser.is_there, "the page shows pictures and has the robot")
+    wait_until(browser.is_there, "the page shows pictures and has the robot")
     return browser
 
 
@@ -103,7 +103,7 @@ def heard(probe) -> list[list[float]]:
 
 
 def hold_until(
-    browser: OpenPage, until_true: Callable, condition: Callable[[], bool], what: str, code: str = "KeyW"
+    browser: OpenPage, wait_until: Callable, condition: Callable[[], bool], what: str, code: str = "KeyW"
 ) -> None:
     """Hold a key until something is so, see `press_until`."""
 
@@ -111,32 +111,32 @@ def hold_until(
         browser.key(code, False)
         browser.key(code, True)
 
-    press_until(press, lambda: None, until_true, condition, what)
+    press_until(press, lambda: None, wait_until, condition, what)
 
 
-def drives(probe, until_true: Callable, browser: OpenPage) -> None:
+def drives(probe, wait_until: Callable, browser: OpenPage) -> None:
     """Hold W until the robot drives."""
     probe.forget("/cmd_vel")
-    hold_until(browser, until_true, lambda: heard(probe)[-5:] == [FORWARD] * 5, "the key drives")
+    hold_until(browser, wait_until, lambda: heard(probe)[-5:] == [FORWARD] * 5, "the key drives")
 
 
-def assert_stands(probe, until_true: Callable, fault: Callable[[], AbstractContextManager]) -> None:
+def assert_stands(probe, wait_until: Callable, fault: Callable[[], AbstractContextManager]) -> None:
     """While a fault lasts, which begins with a robot that drives and at whose end it may drive again, the robot is told
     to stand soon after the last command. On a busy machine that is so in the best of a few tries."""
     tries: list[float] = []  # s
     while not any(seconds <= REST for seconds in tries):
         assert len(tries) < TRIES, f"it is told to stand {tries} s after the last command"
         with fault():
-            until_true(lambda: heard(probe)[-1:] == [ZERO], "the robot is told to stand")
+            wait_until(lambda: heard(probe)[-1:] == [ZERO], "the robot is told to stand")
             last = max(when for when, fields in probe.seen("/cmd_vel") if fields == FORWARD)
             stood = min(when for when, fields in probe.seen("/cmd_vel") if fields == ZERO and when > last)
             tries.append(stood - last)
 
 
-def let_go_of_the_stop(browser: OpenPage, until_true: Callable) -> None:
+def let_go_of_the_stop(browser: OpenPage, wait_until: Callable) -> None:
     """Press it as long as it is pressed; for a second it takes no second press."""
     press = (
         "((stop) => { const down = stop.ariaPressed === 'true'; if (down) stop.click(); return !down; })(part('stop'))"
     )
-    until_true(lambda: browser.evaluate(press.replace("part", "document.getElementById")), "the red stop is reset")
-    until_true(lambda: browser.text("status") == "Ready.", "it may drive")
+    wait_until(lambda: browser.evaluate(press.replace("part", "document.getElementById")), "the red stop is reset")
+    wait_until(lambda: browser.text("status") == "Ready.", "it may drive")

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from page_browser import Browser
 from page_server import ANNA, WILL, NoConversation, OneRobot, OneStation
+from waiting import wait_until
 
 from pepper_sim.tablet.devtools import BrowserError
 from telepresence.geometry import ZERO_VELOCITY, Velocity
@@ -31,14 +32,6 @@ from telepresence.web.listener import listener, unix_listener
 
 PERIOD = 0.05
 """[s] between two ticks of drive_lease."""
-
-
-def until(condition: Callable[[], object], what: str, timeout: float = 30.0) -> None:
-    """Wait for a condition; AssertionError with `what` if it does not come."""
-    deadline = time.monotonic() + timeout
-    while not condition():
-        assert time.monotonic() < deadline, f"{what}: not within {timeout:.0f} s"
-        time.sleep(0.05)
 
 
 def account(name: str) -> Account:
@@ -253,7 +246,7 @@ class PageBrowser(Browser):
                     raise
                 return False  # between two documents there is none
 
-        until(holds, f"{what} {self.errors}")
+        wait_until(holds, f"{what} {self.errors}")
 
     def open(self, **settings: Any) -> None:
         """Open the page with these settings and nobody signed in."""

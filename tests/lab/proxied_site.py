@@ -12,7 +12,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from page_in_process import PageInProcess, until
+from page_in_process import PageInProcess
+from waiting import wait_until
 
 from telepresence.page.certificate import server_files
 from telepresence.page.proxy import Proxy
@@ -71,7 +72,7 @@ class ProxiedSite:
                 stderr=log,
                 env={**os.environ, "XDG_DATA_HOME": str(self.folder), "XDG_CONFIG_HOME": str(self.folder)},
             )
-        until(self._listens, "Caddy listens")
+        wait_until(self._listens, "Caddy listens")
 
     def _listens(self) -> bool:
         assert self.proxy.poll() is None, self.log.read_text()

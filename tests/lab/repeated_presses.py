@@ -13,7 +13,7 @@ PATIENCE = 2.0
 def press_until(
     press: Callable[[], object],
     release: Callable[[], object],
-    until_true: Callable,
+    wait_until: Callable,
     condition: Callable[[], bool],
     what: str,
 ) -> None:
@@ -32,4 +32,4 @@ def press_until(
             pressed = time.monotonic()
         return False
 
-    until_true(tried, what)
+    wait_until(tried, what)

@@ -64,7 +64,7 @@ def test_all_joints_are_told_in_the_robots_order(probe):
     assert len(velocities) == len(names)
 
 
-def test_joint_states_come_25_times_a_second(probe, until_true):
+def test_joint_states_come_25_times_a_second(probe, wait_until):
     probe.forget("/joint_states")
 
     def rate() -> float:
@@ -72,8 +72,8 @@ def test_joint_states_come_25_times_a_second(probe, until_true):
         (first, _), *_, (last, _) = probe.seen("/joint_states")[-26:]
         return 25 / (last - first)
 
-    until_true(lambda: len(probe.seen("/joint_states")) > 25, "enough readings")
-    until_true(lambda: rate() == pytest.approx(25, rel=0.1), "25 readings in a second")
+    wait_until(lambda: len(probe.seen("/joint_states")) > 25, "enough readings")
+    wait_until(lambda: rate() == pytest.approx(25, rel=0.1), "25 readings in a second")
     (first, _), *_, (last, _) = probe.seen("/joint_states")
     assert (len(probe.seen("/joint_states")) - 1) / (last - first) < 1.1 * 25, "and never more"
 
@@ -124,12 +124,12 @@ def test_robot_speaks_and_knows_its_language(probe):
     }
 
 
-def test_speech_topic_reaches_the_robot(graph, naoqi_session, probe, until_true):
+def test_speech_topic_reaches_the_robot(graph, naoqi_session, probe, wait_until):
     memory = naoqi_session.service("ALMemory")
     with xmlrpc.client.ServerProxy(graph.uri) as master:  # what was latched before somebody listened is past
-        until_true(lambda: "/speech" in dict(master.getSystemState("/tests")[2][1]), "somebody listens")
+        wait_until(lambda: "/speech" in dict(master.getSystemState("/tests")[2][1]), "somebody listens")
     graph.run("rostopic", "pub", "-1", "/speech", "std_msgs/String", "good morning")
-    until_true(
+    wait_until(
         lambda: memory.getListData(["ALTextToSpeech/CurrentSentence"]) == ["good morning"],
         "the robot says the sentence",
     )
@@ -145,7 +145,7 @@ def test_bumpers_that_nothing_touches_are_silent(naoqi_session, probe):
     assert probe.seen("/bumper") == [], "nothing touches the robot, so nothing is told"
 
 
-def test_robots_log_appears_on_rosout(naoqi_session, probe, until_true):
+def test_robots_log_appears_on_rosout(naoqi_session, probe, wait_until):
     manager = naoqi_session.service("LogManager")
     message = ("test", 3, "motors", "here", "hot motor", 1, 0, 0)
 
@@ -153,4 +153,4 @@ def test_robots_log_appears_on_rosout(naoqi_session, probe, until_true):
         manager.log([message])
         return any("hot motor" in fields[0] for _, fields in probe.seen("/rosout"))
 
-    until_true(told, "the message appears")
+    wait_until(told, "the message appears")

@@ -101,13 +101,13 @@ def command_line(pid: int) -> bytes:
         return b""  # it has ended
 
 
-def assert_stops(station, until_true, fault, repair=lambda: None, speed=0.2):
+def assert_stops(station, wait_until, fault, repair=lambda: None, speed=0.2):
     """`fault` spoils something and returns when; `repair` brings the station back, whatever has come of it."""
     tries = []
     while not any(seconds < STOP_WITHIN for seconds in tries):
         assert len(tries) < TRIES, f"it stands {tries} s after the fault"
-        station.cruise(until_true, speed)
-        tries.append(station.time_to_stand(fault(), until_true))
+        station.cruise(wait_until, speed)
+        tries.append(station.time_to_stand(fault(), wait_until))
         repair()
 
 
@@ -117,12 +117,12 @@ def station(graph):
 
 
 @pytest.fixture(autouse=True)
-def standing(station, until_true):
-    station.stand(until_true)
+def standing(station, wait_until):
+    station.stand(wait_until)
 
 
-def test_drives_at_the_commanded_speed(station, until_true):
-    station.cruise(until_true, 0.2)
+def test_drives_at_the_commanded_speed(station, wait_until):
+    station.cruise(wait_until, 0.2)
 
     def speed() -> float:
         """Over the newest 1.6 s of odometry."""
@@ -130,76 +130,76 @@ def test_drives_at_the_commanded_speed(station, until_true):
         return math.dist(start[:2], end[:2]) / (end[4] - start[4] + 1e-9 * (end[5] - start[5]))
 
     station.pilot.forget("/odom")
-    until_true(lambda: len(station.pilot.seen("/odom")) >= 40, "1.6 s of odometry")
-    until_true(lambda: speed() == pytest.approx(0.2, rel=0.05), "it drives at 0.2 m/s")
-    until_true(lambda: station.state == "driving", "it says so")
+    wait_until(lambda: len(station.pilot.seen("/odom")) >= 40, "1.6 s of odometry")
+    wait_until(lambda: speed() == pytest.approx(0.2, rel=0.05), "it drives at 0.2 m/s")
+    wait_until(lambda: station.state == "driving", "it says so")
 
 
-def test_the_pilot_looks_ahead_and_not_at_the_ceiling(station, until_true):
+def test_the_pilot_looks_ahead_and_not_at_the_ceiling(station, wait_until):
     session = qi.Session()
     session.connect(f"tcp://127.0.0.1:{station.graph.robot_port}")
     motion = session.service("ALMotion")
-    until_true(lambda: motion.getAngles("HeadPitch", True)[0] == pytest.approx(0.15, abs=0.02), "the head is level")
+    wait_until(lambda: motion.getAngles("HeadPitch", True)[0] == pytest.approx(0.15, abs=0.02), "the head is level")
     session.close()
 
 
-def test_turns_the_way_it_is_told(station, until_true):
+def test_turns_the_way_it_is_told(station, wait_until):
     station.pilot.drive(0.0, 0.0, 0.5)
-    until_true(lambda: station.pilot.latest("/odom")[3] == pytest.approx(0.5, rel=0.05), "turning left at 0.5 rad/s")
+    wait_until(lambda: station.pilot.latest("/odom")[3] == pytest.approx(0.5, rel=0.05), "turning left at 0.5 rad/s")
 
 
-def test_stops_when_commands_cease(station, until_true):
-    assert_stops(station, until_true, station.pilot.silence)
-    until_true(lambda: station.state == "stopped: no command for 0.5 s", "the reason is told")
+def test_stops_when_commands_cease(station, wait_until):
+    assert_stops(station, wait_until, station.pilot.silence)
+    wait_until(lambda: station.state == "stopped: no command for 0.5 s", "the reason is told")
 
 
-def test_stops_from_full_speed_when_commands_cease(station, until_true):
-    assert_stops(station, until_true, station.pilot.silence, speed=-0.35)
+def test_stops_from_full_speed_when_commands_cease(station, wait_until):
+    assert_stops(station, wait_until, station.pilot.silence, speed=-0.35)
 
 
-def test_a_command_that_is_no_number_stops_and_is_counted(station, until_true):
+def test_a_command_that_is_no_number_stops_and_is_counted(station, wait_until):
     station.pilot.watch("/diagnostics", "diagnostic_msgs/DiagnosticArray", ["status.0.name", "status.0.values"])
-    assert_stops(station, until_true, lambda: station.pilot.drive(None, 0.0, 0.0))
-    until_true(lambda: "vx is nan" in station.state, "the reason is told")
+    assert_stops(station, wait_until, lambda: station.pilot.drive(None, 0.0, 0.0))
+    wait_until(lambda: "vx is nan" in station.state, "the reason is told")
 
     def counted() -> bool:
         seen = [fields for _, fields in station.pilot.seen("/diagnostics") if fields[0].endswith(": base")]
         return bool(seen) and int(dict(seen[-1][1])["refused commands"]) > 0
 
-    until_true(counted, "the diagnostics count it")
+    wait_until(counted, "the diagnostics count it")
 
 
-def test_goal_is_reached(station, until_true):
+def test_goal_is_reached(station, wait_until):
     x, y = station.pilot.latest("/odom")[:2]
     station.pilot.goal("base_footprint", 0.3, 0.0, 0.0)
-    until_true(lambda: station.state == "driving to the goal", "the goal is taken")
-    until_true(lambda: station.state.startswith("stopped"), "the goal is reached")
+    wait_until(lambda: station.state == "driving to the goal", "the goal is taken")
+    wait_until(lambda: station.state.startswith("stopped"), "the goal is reached")
     there = station.pilot.latest("/odom")
     assert math.hypot(there[0] - x, there[1] - y) == pytest.approx(0.3, abs=0.03)
 
 
-def test_a_goal_that_was_given_long_ago_is_not_driven_to(station, until_true):
+def test_a_goal_that_was_given_long_ago_is_not_driven_to(station, wait_until):
     refused = time.time()
     station.pilot.goal("base_footprint", 0.5, 0.0, 0.0, refused - 5.0)
     station.driver.wait_for(r"goal refused: it was given \d+\.\d s ago")
     station.pilot.forget("/drive_state")
-    until_true(lambda: len(station.pilot.seen("/drive_state")) >= 2, "the driver has gone on")
+    wait_until(lambda: len(station.pilot.seen("/drive_state")) >= 2, "the driver has gone on")
     assert station.covered_since(refused) < STALE
     station.pilot.goal("base_footprint", 0.5, 0.0, 0.0, time.time())
-    until_true(lambda: station.state == "driving to the goal", "one of now is taken")
+    wait_until(lambda: station.state == "driving to the goal", "one of now is taken")
     assert station.pilot.call("/stop_walk_srv", "std_srvs/Empty", {})[0]
-    until_true(lambda: station.state == "stopped", "that stop is over: it refuses goals")
+    wait_until(lambda: station.state == "stopped", "that stop is over: it refuses goals")
 
 
-def test_a_goal_of_another_frame_is_found_by_tf(station, until_true):
+def test_a_goal_of_another_frame_is_found_by_tf(station, wait_until):
     """The map is turned by 90 degrees: one metre ahead in it is one to the left in odom."""
     x, y = station.pilot.latest("/odom")[:2]
     turned = f"{{rotation: {{z: {math.sqrt(0.5)}, w: {math.sqrt(0.5)}}}, translation: {{x: {x}, y: {y}}}}}"
     link = f"{{header: {{frame_id: odom}}, child_frame_id: map, transform: {turned}}}"
     with station.graph.run("rostopic", "pub", "-l", "/tf_static", "tf2_msgs/TFMessage", f"transforms: [{link}]"):
         station.pilot.goal("map", 0.3, 0.0, 0.0)
-        until_true(lambda: station.state == "driving to the goal", "the goal is taken")
-        until_true(lambda: station.state.startswith("stopped"), "the goal is reached")
+        wait_until(lambda: station.state == "driving to the goal", "the goal is taken")
+        wait_until(lambda: station.state.startswith("stopped"), "the goal is reached")
     there = station.pilot.latest("/odom")
     assert (there[0] - x, there[1] - y) == (pytest.approx(0.0, abs=0.04), pytest.approx(0.3, abs=0.04))
 
@@ -209,11 +209,11 @@ def test_a_goal_that_tf_does_not_reach_is_refused_and_says_why(station):
     station.driver.wait_for(r"goal refused: .*nowhere.* passed to lookupTransform")
 
 
-def test_stop_service_ends_a_goal(station, until_true):
+def test_stop_service_ends_a_goal(station, wait_until):
     station.pilot.goal("base_footprint", 2.0, 0.0, 0.0)
-    until_true(lambda: station.speed() > 0.1, "under way")
+    wait_until(lambda: station.speed() > 0.1, "under way")
     assert station.pilot.call("/stop_walk_srv", "std_srvs/Empty", {})[0]
-    assert station.time_to_stand(time.time(), until_true) < 3.0
+    assert station.time_to_stand(time.time(), wait_until) < 3.0
 
 
 def test_security_distances_can_be_set_and_nonsense_is_refused(station):
@@ -224,7 +224,7 @@ def test_security_distances_can_be_set_and_nonsense_is_refused(station):
     assert "nan is not a distance" in error
 
 
-def test_robot_of_a_killed_driver_stands_and_its_successor_drives(station, until_true):
+def test_robot_of_a_killed_driver_stands_and_its_successor_drives(station, wait_until):
     def kill():
         station.driver.kill()
         return time.time()
@@ -233,55 +233,55 @@ def test_robot_of_a_killed_driver_stands_and_its_successor_drives(station, until
         station.pilot.silence()
         station.start_driver()
 
-    assert_stops(station, until_true, kill, bring_back)
-    station.cruise(until_true)
+    assert_stops(station, wait_until, kill, bring_back)
+    station.cruise(wait_until)
 
 
-def test_robot_that_was_put_to_rest_sleeps_on_when_its_driver_dies(station, until_true):
+def test_robot_that_was_put_to_rest_sleeps_on_when_its_driver_dies(station, wait_until):
     """It must not stand up because a program has died."""
     session = qi.Session()
     session.connect(f"tcp://127.0.0.1:{station.graph.robot_port}")
     motion = session.service("ALMotion")
     motion.rest()
-    until_true(lambda: station.pilot.parameter("/naoqi_moveto_listener/kept")["rests"], "the driver knows")
+    wait_until(lambda: station.pilot.parameter("/naoqi_moveto_listener/kept")["rests"], "the driver knows")
     station.driver.kill()
     station.start_driver()
-    until_true(lambda: station.pilot.subscribers() == 1, "the next driver listens")
+    wait_until(lambda: station.pilot.subscribers() == 1, "the next driver listens")
     station.pilot.drive(0.2, 0.0, 0.0)
-    until_true(lambda: "sleeps" in station.state, "the pilot is told")
+    wait_until(lambda: "sleeps" in station.state, "the pilot is told")
     assert not motion.robotIsWakeUp()
     station.pilot.silence()
     motion.wakeUp()
-    station.cruise(until_true)
+    station.cruise(wait_until)
     session.close()
 
 
-def test_robot_of_a_frozen_driver_stands_and_what_was_sent_meanwhile_never_moves_it(station, until_true):
+def test_robot_of_a_frozen_driver_stands_and_what_was_sent_meanwhile_never_moves_it(station, wait_until):
     def freeze():
         station.driver.signal(signal.SIGSTOP)
         return time.time()
 
     def wake():
         frozen = time.time()
-        until_true(lambda: time.time() > frozen + SILENCE, "commands lie in the frozen driver's socket")
+        wait_until(lambda: time.time() > frozen + SILENCE, "commands lie in the frozen driver's socket")
         station.pilot.silence()
         woken = time.time()
         station.driver.signal(signal.SIGCONT)
         station.pilot.forget("/drive_state")
-        until_true(lambda: len(station.pilot.seen("/drive_state")) >= 3, "the driver has looked at all of them")
+        wait_until(lambda: len(station.pilot.seen("/drive_state")) >= 3, "the driver has looked at all of them")
         assert station.covered_since(woken) < STALE
 
     try:
-        assert_stops(station, until_true, freeze, wake)
+        assert_stops(station, wait_until, freeze, wake)
     finally:
         station.driver.signal(signal.SIGCONT)
 
 
-def test_interrupted_driver_stops_the_robot_and_ends_in_time(station, until_true):
-    station.cruise(until_true)
+def test_interrupted_driver_stops_the_robot_and_ends_in_time(station, wait_until):
+    station.cruise(wait_until)
     interrupted = time.time()
     code, ended = station.driver.end(), time.time()
-    stood, output = station.time_to_stand(interrupted, until_true), station.driver.output
+    stood, output = station.time_to_stand(interrupted, wait_until), station.driver.output
     station.pilot.silence()
     station.start_driver()
     assert code == 0 and "Traceback" not in output
@@ -289,28 +289,28 @@ def test_interrupted_driver_stops_the_robot_and_ends_in_time(station, until_true
     assert stood < 1.5
 
 
-def test_killed_drive_server_is_named_and_its_successor_drives(station, until_true):
-    station.cruise(until_true)
+def test_killed_drive_server_is_named_and_its_successor_drives(station, wait_until):
+    station.cruise(wait_until)
     station.server.kill()
-    until_true(lambda: station.state.startswith("robot unreachable: The drive server at 127.0.0.1:"), "it is named")
+    wait_until(lambda: station.state.startswith("robot unreachable: The drive server at 127.0.0.1:"), "it is named")
     station.pilot.silence()
     station.server = station.graph.start_drive_server()
-    until_true(lambda: station.state.startswith("stopped"), "the driver is back")
-    station.cruise(until_true)
+    wait_until(lambda: station.state.startswith("stopped"), "the driver is back")
+    station.cruise(wait_until)
 
 
-def test_restarted_robot_is_driven_again(station, until_true):
-    station.cruise(until_true)
+def test_restarted_robot_is_driven_again(station, wait_until):
+    station.cruise(wait_until)
     station.robot.kill()
-    until_true(lambda: station.state.startswith("robot unreachable"), "the driver notices")
+    wait_until(lambda: station.state.startswith("robot unreachable"), "the driver notices")
     station.pilot.silence()
     station.robot = station.graph.start_robot()
-    until_true(lambda: station.state.startswith("stopped"), "the driver is back")
-    station.cruise(until_true)
+    wait_until(lambda: station.state.startswith("stopped"), "the driver is back")
+    station.cruise(wait_until)
     assert "Traceback" not in station.driver.output
 
 
-def test_lost_master_stops_the_robot_and_its_successor_knows_the_driver(station, until_true):
+def test_lost_master_stops_the_robot_and_its_successor_knows_the_driver(station, wait_until):
     def kill():
         station.graph.master.kill()
         return time.time()
@@ -322,14 +322,14 @@ def test_lost_master_stops_the_robot_and_its_successor_knows_the_driver(station,
         station.new_pilot()
 
     states = []
-    assert_stops(station, until_true, kill, bring_back)
+    assert_stops(station, wait_until, kill, bring_back)
     assert "master" in states[-1]
-    station.cruise(until_true)
+    station.cruise(wait_until)
 
 
-def test_a_driver_that_was_started_alone_ends_when_its_own_drive_server_dies(station, graph, until_true):
+def test_a_driver_that_was_started_alone_ends_when_its_own_drive_server_dies(station, graph, wait_until):
     node = graph.run_node("naoqi_driver_py", "naoqi_moveto.py", "_safety:=false", "__name:=alone")
-    until_true(lambda: station.pilot.subscribers() == 2, "it listens to the pilot, too")
+    wait_until(lambda: station.pilot.subscribers() == 2, "it listens to the pilot, too")
 
     def servers() -> list[int]:
         """The server, before the process that it forks to stop the robot in its place; neither is the shell."""
@@ -338,12 +338,12 @@ def test_a_driver_that_was_started_alone_ends_when_its_own_drive_server_dies(sta
             pid for pid in below if re.match(rb"[^\0]*python[^\0]*\0[^\0]*drive_server.py", command_line(pid))
         )
 
-    processes.send(until_true(servers, "it starts one")[0], signal.SIGKILL)
+    processes.send(wait_until(servers, "it starts one")[0], signal.SIGKILL)
     assert node.process.wait(20) == 1, "so that roslaunch starts both again"
     assert "the drive server that this driver had started has ended" in node.output
 
 
-def test_unreachable_robot_is_reported_once_without_a_traceback(graph, until_true):
+def test_unreachable_robot_is_reported_once_without_a_traceback(graph, wait_until):
     node = graph.run(str(graph.workspace / "lib/naoqi_driver_py/naoqi_joint_states.py"), "--pport=1", "__name:=lonely")
     node.wait_for(r"cannot reach the robot at tcp://127\.0\.0\.1:1: .*Connection refused")
     assert node.end() == 0

@@ -54,8 +54,8 @@ class Station(GatedStation):
 
 
 @pytest.fixture(scope="module")
-def whole_station(graph, until_true):
-    made = Station(graph, until_true)
+def whole_station(graph, wait_until):
+    made = Station(graph, wait_until)
     yield made
     made.robot.close()
 

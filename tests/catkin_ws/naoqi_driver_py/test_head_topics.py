@@ -47,9 +47,9 @@ def station(graph, robot, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def anna(graph, station, until_true):
+def anna(graph, station, wait_until):
     window = Talker(graph.environment, REMOTE_WINDOW, station, "anna", PASSWORD)
-    until_true(lambda: window.ask("state")["mine"], "a free robot is taken")
+    wait_until(lambda: window.ask("state")["mine"], "a free robot is taken")
     yield window
     window.close()
 
@@ -62,24 +62,24 @@ def head(graph, robot):
     return probe, lambda: motion.getAngles(["HeadYaw", "HeadPitch"], True)
 
 
-def test_the_pilot_turns_the_head_and_its_limits_follow(anna, head, until_true):
+def test_the_pilot_turns_the_head_and_its_limits_follow(anna, head, wait_until):
     probe, angles = head
     anna.ask("look", Manner.GOAL, 1.6, 0.44)
-    until_true(lambda: abs(angles()[0] - 1.6) < 0.03, "the head is there")
+    wait_until(lambda: abs(angles()[0] - 1.6) < 0.03, "the head is there")
     assert angles()[1] == pytest.approx(0.2356, abs=0.03)  # 13.5 degrees: lower it does not go there
-    until_true(lambda: abs(probe.seen("/head/state")[-1][1][0] - 1.6) < 0.03, "and says so")
+    wait_until(lambda: abs(probe.seen("/head/state")[-1][1][0] - 1.6) < 0.03, "and says so")
     # It may be 0.03 rad short of there, where it can nod a quarter of that farther.
     assert probe.seen("/head/state")[-1][1][2:] == [pytest.approx(0.2356, abs=0.01), ""]
     anna.ask("look", Manner.AHEAD, 0.0, 0.0)
-    until_true(lambda: abs(angles()[0]) < 0.03, "centre")
+    wait_until(lambda: abs(angles()[0]) < 0.03, "centre")
     anna.ask("look")
 
 
-def test_the_head_stands_soon_after_the_last_look(anna, head, until_true):
+def test_the_head_stands_soon_after_the_last_look(anna, head, wait_until):
     _, angles = head
     rate = 0.5  # [rad/s]
     anna.ask("look", Manner.RATE, rate, 0.0)
-    until_true(lambda: angles()[0] > 0.1, "the head turns")
+    wait_until(lambda: angles()[0] > 0.1, "the head turns")
     began = angles()[0]
     anna.ask("look")
 
@@ -88,25 +88,25 @@ def test_the_head_stands_soon_after_the_last_look(anna, head, until_true):
         time.sleep(0.3)  # in which it may not move
         return angles()[0] == pytest.approx(before, abs=STILL)
 
-    until_true(stands, "the head stands")
+    wait_until(stands, "the head stands")
     # As far as it turns in that time; what was on its way on a busy machine may take as long again.
     assert abs(angles()[0] - began) < 2 * REST * rate
 
 
-def test_nobody_else_turns_it_nor_anybody_while_the_red_stop_is_pressed(graph, station, anna, head, until_true):
+def test_nobody_else_turns_it_nor_anybody_while_the_red_stop_is_pressed(graph, station, anna, head, wait_until):
     _, angles = head
     ben = Talker(graph.environment, REMOTE_WINDOW, station, "ben", PASSWORD)
-    until_true(lambda: ben.ask("state")["session"], "ben has joined")
+    wait_until(lambda: ben.ask("state")["session"], "ben has joined")
     before = angles()[0]
     ben.ask("look", Manner.GOAL, -1.5, 0.0)
     anna.ask("ask", "stop", "")
-    until_true(lambda: anna.ask("state")["stopped_by"] == "anna", "the stop is latched")
+    wait_until(lambda: anna.ask("state")["stopped_by"] == "anna", "the stop is latched")
     anna.ask("look", Manner.GOAL, -1.5, 0.0)
     time.sleep(0.6)  # of trying
     assert angles()[0] == pytest.approx(before, abs=STILL)
     ben.ask("look")
     anna.ask("ask", "reset_stop", "")
-    until_true(lambda: angles()[0] < -1.4, "then the pilot turns it")
+    wait_until(lambda: angles()[0] < -1.4, "then the pilot turns it")
     anna.ask("look")
     ben.close()
 
@@ -134,10 +134,10 @@ def pixel_of(motion, place):
     return WIDTH / 2 - FOCAL * left / ahead, HEIGHT / 2 - FOCAL * up / ahead
 
 
-def test_a_hand_on_the_floor_leads_there_while_the_head_is_turned_and_goes_on_turning(anna, body, head, until_true):
+def test_a_hand_on_the_floor_leads_there_while_the_head_is_turned_and_goes_on_turning(anna, body, head, wait_until):
     _, angles = head
     anna.ask("look", Manner.GOAL, 0.7, 0.3)
-    until_true(lambda: abs(angles()[0] - 0.7) < 0.02 and abs(angles()[1] - 0.3) < 0.02, "the head is turned")
+    wait_until(lambda: abs(angles()[0] - 0.7) < 0.02 and abs(angles()[1] - 0.3) < 0.02, "the head is turned")
     time.sleep(0.3)  # until it stands and the transforms have followed
     aside = 1.0, 0.8
     x, y, theta = body.getRobotPosition(True)
@@ -150,29 +150,29 @@ def test_a_hand_on_the_floor_leads_there_while_the_head_is_turned_and_goes_on_tu
             anna.ask("floor", "CameraTop_optical_frame", FOCAL, WIDTH, HEIGHT, *pixel_of(body, aside))
         return anna.ask("state")["target"]
 
-    until_true(found, "the window knows the place")
+    wait_until(found, "the window knows the place")
     assert time.monotonic() - begun < 30.0 and anna.ask("state")["target"] == pytest.approx(there, abs=0.1)
     anna.ask("look", Manner.RATE, -0.3, 0.0)
     distance = lambda: math.dist(body.getRobotPosition(True)[:2], there)  # noqa: E731
-    until_true(lambda: distance() < FARTHEST_OFF, "the robot is there")
+    wait_until(lambda: distance() < FARTHEST_OFF, "the robot is there")
     anna.ask("look")
     anna.ask("floor")
     time.sleep(0.7)  # of braking
     assert distance() < FARTHEST_OFF
 
 
-def test_the_head_does_not_move_by_itself_while_a_pilot_looks_around(anna, robot, head, until_true):
+def test_the_head_does_not_move_by_itself_while_a_pilot_looks_around(anna, robot, head, wait_until):
     awareness, motion = robot.service("ALBasicAwareness"), robot.service("ALMotion")
     listening = robot.service("ALListeningMovement")
     awareness.setTrackingMode("BodyRotation")
     awareness.setEnabled(True)
-    until_true(lambda: awareness.getTrackingMode() == "Head", "the base does not turn beside a pilot")
+    wait_until(lambda: awareness.getTrackingMode() == "Head", "the base does not turn beside a pilot")
     listening.setEnabled(False)
     motion.setBreathEnabled("Body", True)
     anna.ask("look", Manner.GOAL, 0.8, 0.1)
-    until_true(lambda: awareness.isAwarenessPaused() and not motion.getBreathEnabled("Head"), "it is kept still")
+    wait_until(lambda: awareness.isAwarenessPaused() and not motion.getBreathEnabled("Head"), "it is kept still")
     assert motion.getBreathEnabled("LArm")
     anna.close()
-    until_true(lambda: not awareness.isAwarenessPaused(), "without a pilot it looks at people again")
-    until_true(lambda: awareness.getTrackingMode() == "BodyRotation", "and turns to them")
+    wait_until(lambda: not awareness.isAwarenessPaused(), "without a pilot it looks at people again")
+    wait_until(lambda: awareness.getTrackingMode() == "BodyRotation", "and turns to them")
     assert motion.getBreathEnabled("Head") and not listening.isEnabled()

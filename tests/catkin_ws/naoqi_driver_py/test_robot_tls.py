@@ -117,15 +117,15 @@ def state(pilot: DriveLink) -> str:
     return report.state if report else ""
 
 
-def test_a_drive_server_drives_and_stops_a_robot_through_tls(front, motion, start_station, until_true):
+def test_a_drive_server_drives_and_stops_a_robot_through_tls(front, motion, start_station, wait_until):
     server, pilot = start_station(front.port)
-    until_true(lambda: state(pilot) == "no command", "the server has found NAOqi")
-    drive(pilot, motion, until_true, "moveTo")
+    wait_until(lambda: state(pilot) == "no command", "the server has found NAOqi")
+    drive(pilot, motion, wait_until, "moveTo")
     x, y, theta, duration, limits = [call for call in motion.calls if call[0] == "moveTo"][-1][1:]
     assert 0.0 < x < 0.1 and y == 0.0 and 0.0 < theta < 0.05 and 0.0 < duration < 1.0
     assert dict(limits)["MaxVelXY"] == pytest.approx(FAR_SPEED)
     pilot.release(hard=True)
-    until_true(lambda: motion.names()[-1] == "killMove", "it is let go of")
+    wait_until(lambda: motion.names()[-1] == "killMove", "it is let go of")
     assert "move" not in motion.names(), "a motion without an end of its own"
     assert front.connections == 1, "one connection leads to all services of the robot"
     assert SECRET.encode() in front.received
@@ -134,48 +134,48 @@ def test_a_drive_server_drives_and_stops_a_robot_through_tls(front, motion, star
 
 
 def test_a_network_that_holds_all_back_delivers_one_motion_at_most_and_the_robot_is_stopped(
-    front, motion, make_connection, start_station, until_true
+    front, motion, make_connection, start_station, wait_until
 ):
     """What a cut network holds back does not arrive at all: see `onboard/test_far_cut.py`."""
     wire = make_connection(front.port)
     _, pilot = start_station(wire.port)
-    until_true(lambda: state(pilot) == "no command", "the server has found NAOqi")
-    drive(pilot, motion, until_true, "moveTo")
+    wait_until(lambda: state(pilot) == "no command", "the server has found NAOqi")
+    drive(pilot, motion, wait_until, "moveTo")
     wire.freeze()
 
     def told() -> bool:
         pilot.drive(0.2, 0.0, 0.1)
         return "not reachable" in reason(pilot)
 
-    until_true(told, "the pilot, who goes on driving, is told")
+    wait_until(told, "the pilot, who goes on driving, is told")
     pilot.release()
-    until_true(lambda: pilot.report()[0].state == "fault" and pilot.report()[0].given == (0.0, 0.0, 0.0), "let go of")
+    wait_until(lambda: pilot.report()[0].state == "fault" and pilot.report()[0].given == (0.0, 0.0, 0.0), "let go of")
     motion.calls.clear()
     wire.thaw()
-    until_true(lambda: state(pilot) == "no command", "it is reached again")
-    until_true(lambda: motion.names()[-1:] == ["killMove"], "what it was left with does not go on")
+    wait_until(lambda: state(pilot) == "no command", "it is reached again")
+    wait_until(lambda: motion.names()[-1:] == ["killMove"], "what it was left with does not go on")
     assert [call[0] for call in motion.calls].count("moveTo") <= 1
 
 
-def test_the_pilot_is_told_the_remedy_when_another_certificate_is_shown(front, certificates, start_station, until_true):
+def test_the_pilot_is_told_the_remedy_when_another_certificate_is_shown(front, certificates, start_station, wait_until):
     _, pilot = start_station(front.port)
-    until_true(lambda: state(pilot) == "no command", "the server has found NAOqi")
+    wait_until(lambda: state(pilot) == "no command", "the server has found NAOqi")
     front.received = b""
     front.show(certificates[1])
     path = path_of("127.0.0.1", front.port)
-    until_true(lambda: reason(pilot).endswith(f"rm {path}."), "the change is told")
+    wait_until(lambda: reason(pilot).endswith(f"rm {path}."), "the change is told")
     assert state(pilot) == "fault"
     assert SECRET.encode() not in front.received, "somebody else got the password"
     path.unlink()
-    until_true(lambda: state(pilot) == "no command", "accepted by hand")
+    wait_until(lambda: state(pilot) == "no command", "accepted by hand")
 
 
-def test_the_pilot_is_told_that_the_password_is_wrong(robot, start_station, until_true):
+def test_the_pilot_is_told_that_the_password_is_wrong(robot, start_station, wait_until):
     _, pilot = start_station(port_of(robot), "wrong")
-    until_true(lambda: "wrong user or password" in reason(pilot), "it is refused")
+    wait_until(lambda: "wrong user or password" in reason(pilot), "it is refused")
     assert "NAO_USER and NAO_PASSWORD" in reason(pilot) and state(pilot) == "fault"
     _, right = start_station(port_of(robot))
-    until_true(lambda: state(right) == "no command", "the right one is accepted")
+    wait_until(lambda: state(right) == "no command", "the right one is accepted")
 
 
 def test_a_login_without_a_password_is_refused_in_words(robot, connect):

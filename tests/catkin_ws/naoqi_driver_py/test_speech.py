@@ -51,21 +51,21 @@ def robot(graph) -> Iterator[list[str]]:
         server.close()
 
 
-def test_nobody_listens_to_sentences_while_the_robot_is_away(graph, page, until_true) -> None:
+def test_nobody_listens_to_sentences_while_the_robot_is_away(graph, page, wait_until) -> None:
     node = graph.run_node("naoqi_driver_py", "naoqi_speech.py")
     early = graph.run("rostopic", "pub", "/speech", "std_msgs/String", "Nobody was there.")
     early.wait_for("publishing and latching")
     with robot(graph) as said:
-        until_true(page.can_say, "the robot can speak")
+        wait_until(page.can_say, "the robot can speak")
         assert page.say("Good morning.") == ""
-        until_true(lambda: said == ["Good morning."], "it is said")
+        wait_until(lambda: said == ["Good morning."], "it is said")
         assert page.say(ENDLESS) == ""
-        until_true(lambda: said == ["Good morning.", ENDLESS], "it is being said")
-    until_true(lambda: not page.can_say(), "the page sees that the robot is away")
+        wait_until(lambda: said == ["Good morning.", ENDLESS], "it is being said")
+    wait_until(lambda: not page.can_say(), "the page sees that the robot is away")
     assert page.say("Lost.") == "No program of this robot takes a sentence now."
     node.wait_for(r"not said, or not to its end: ALTextToSpeech\.say")
     with robot(graph) as said:
-        until_true(page.can_say, "it can speak again")
+        wait_until(page.can_say, "it can speak again")
         assert page.say("Good evening.") == ""
-        until_true(lambda: said, "it is said")
+        wait_until(lambda: said, "it is said")
         assert said == ["Good evening."]

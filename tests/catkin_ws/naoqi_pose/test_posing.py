@@ -64,33 +64,33 @@ def test_unknown_pose_is_refused_with_the_known_ones(graph, probe):
     assert "no pose 'headstand'; known: arms_down, crouch, stand, zero" in output
 
 
-def test_joint_angles_topic_moves_the_head(graph, probe, until_true):
+def test_joint_angles_topic_moves_the_head(graph, probe, wait_until):
     graph.run(
         "rostopic", "pub", "-1", "/joint_angles", "naoqi_bridge_msgs/JointAnglesWithSpeed",
         "{joint_names: [HeadYaw], joint_angles: [0.6], speed: 0.2}",
     )  # fmt: skip
-    until_true(lambda: abs(joint(probe, "HeadYaw") - 0.6) < 0.05, "the head turns")
+    wait_until(lambda: abs(joint(probe, "HeadYaw") - 0.6) < 0.05, "the head turns")
 
 
-def test_rest_and_wake_up(probe, until_true):
+def test_rest_and_wake_up(probe, wait_until):
     def stiffness() -> float:
         names, effort = probe.latest("/joint_stiffness")
         return dict(zip(names, effort, strict=True))["HeadYaw"]
 
     assert probe.call("/rest", "std_srvs/Empty", {})[0]
-    until_true(lambda: stiffness() == 0.0, "the motors are off")
+    wait_until(lambda: stiffness() == 0.0, "the motors are off")
     assert probe.call("/wakeup", "std_srvs/Empty", {})[0]
-    until_true(lambda: stiffness() > 0.9, "the motors are on")
+    wait_until(lambda: stiffness() > 0.9, "the motors are on")
 
 
-def test_life_can_be_switched_off(probe, until_true):
+def test_life_can_be_switched_off(probe, wait_until):
     assert probe.call("/life/disable", "std_srvs/Empty", {})[0]
     assert probe.call("/life/get_state", "std_srvs/Trigger", {}) == [True, {"success": True, "message": "disabled"}]
-    until_true(lambda: probe.latest("/get_life_state") == ["disabled"], "the state is told")
+    wait_until(lambda: probe.latest("/get_life_state") == ["disabled"], "the state is told")
 
 
 @pytest.fixture
-def red_stop(graph, probe, until_true):
+def red_stop(graph, probe, wait_until):
     """Somebody presses the red stop; what drive_lease says meanwhile."""
     words = ("rostopic", "pub", "-r", "10", "/drive/state", "telepresence_msgs/DriveState")
     pressed = []
@@ -103,7 +103,7 @@ def red_stop(graph, probe, until_true):
         publisher.end()
 
 
-def test_the_red_stop_ends_a_motion_and_refuses_the_next(graph, probe, red_stop, until_true):
+def test_the_red_stop_ends_a_motion_and_refuses_the_next(graph, probe, red_stop, wait_until):
     url = f"tcp://127.0.0.1:{graph.robot_port}"
     pilot = graph.run(sys.executable, str(PROGRAMS / "withdrawn_goal.py"), url, "joint_trajectory", "--wait")
     pilot.wait_for("the robot moves")
@@ -166,7 +166,7 @@ def test_the_red_stop_holds_the_joints_of_a_robot_in_a_namespace(graph, probe):
         controller.wait_for(refusal)
 
 
-def test_a_pose_of_a_robot_in_a_namespace_stops_its_base(graph, probe, until_true):
+def test_a_pose_of_a_robot_in_a_namespace_stops_its_base(graph, probe, wait_until):
     """Its service is asked for by the name that it has there."""
     graph.run("rosparam", "set", "/p1/pepper_is_here", "true").process.wait(30)
     poses = graph.workspace.parent / "src" / "naoqi_pose" / "config" / "pepper_poses.yaml"

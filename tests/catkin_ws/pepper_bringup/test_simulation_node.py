@@ -30,7 +30,7 @@ def motion(graph, node):
     session.close()
 
 
-def test_truth_tells_where_the_robot_is_and_restart_brings_it_back(probe, motion, until_true):
+def test_truth_tells_where_the_robot_is_and_restart_brings_it_back(probe, motion, wait_until):
     probe.watch("/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "pose.pose.position.y", "header.frame_id"])
     x, y, frame = probe.latest("/truth")
     assert frame == "world"
@@ -41,7 +41,7 @@ def test_truth_tells_where_the_robot_is_and_restart_brings_it_back(probe, motion
     ok, answer = probe.call("/restart_simulation", "std_srvs/Trigger", {})
     assert ok
     assert answer["success"]
-    until_true(lambda: probe.latest("/truth")[:2] == [pytest.approx(x, abs=0.01), pytest.approx(y, abs=0.01)], "back")
+    wait_until(lambda: probe.latest("/truth")[:2] == [pytest.approx(x, abs=0.01), pytest.approx(y, abs=0.01)], "back")
     assert motion.robotIsWakeUp() in (True, False), "the client is still connected"
 
 

@@ -43,7 +43,7 @@ def probe(graph, front):
     return graph.probe()
 
 
-def test_camera_is_idle_while_nobody_looks(probe, video, front, until_true):
+def test_camera_is_idle_while_nobody_looks(probe, video, front, wait_until):
     front.wait_for("connected")
     assert video.getSubscribers() == []
     probe.watch(
@@ -55,9 +55,9 @@ def test_camera_is_idle_while_nobody_looks(probe, video, front, until_true):
     assert len(video.getSubscribers()) == 1
 
 
-def test_stamps_are_the_moment_of_the_picture(probe, until_true):
+def test_stamps_are_the_moment_of_the_picture(probe, wait_until):
     probe.forget("/front/image_raw")
-    until_true(lambda: len(probe.seen("/front/image_raw")) >= 10, "ten pictures")
+    wait_until(lambda: len(probe.seen("/front/image_raw")) >= 10, "ten pictures")
     stamps = [fields[5] for _, fields in probe.seen("/front/image_raw")]
     assert stamps == sorted(set(stamps)), "every picture once, in order"
     assert all(0 < at - fields[5] < 1.0 for at, fields in probe.seen("/front/image_raw"))
@@ -124,7 +124,7 @@ def test_lasers(probe):
     assert probe.latest("/laser/shovel/pointcloud")[:2] == ["SurroundingFrontLaser_frame", 12]
 
 
-def test_restarted_camera_node_removes_what_it_left(graph, probe, front, video, until_true):
+def test_restarted_camera_node_removes_what_it_left(graph, probe, front, video, wait_until):
     probe.latest("/front/image_raw")
     front.kill()
     assert any("front" in name for name in video.getSubscribers())

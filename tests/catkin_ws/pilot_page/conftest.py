@@ -55,8 +55,8 @@ def open_page(running):
 
 
 @pytest.fixture(scope="module")
-def anna(running, until_true):
+def anna(running, wait_until):
     """The page of somebody who has come in."""
     browser = Browser(running[1])
     with contextlib.closing(browser.tools):
-        yield enter(browser, until_true)
+        yield enter(browser, wait_until)

@@ -27,7 +27,7 @@ class HangingLease:
         return DriveAskResponse(ok=True)
 
 
-def test_what_waited_for_a_lease_that_hung_is_not_asked_any_more_but_to_stop(monkeypatch, until_true):
+def test_what_waited_for_a_lease_that_hung_is_not_asked_any_more_but_to_stop(monkeypatch, wait_until):
     monkeypatch.setattr(lease_services, "TIMEOUT", 0.2)
     lease, answers = HangingLease(), []
     loop = asyncio.new_event_loop()
@@ -39,7 +39,7 @@ def test_what_waited_for_a_lease_that_hung_is_not_asked_any_more_but_to_stop(mon
 
     for _ in range(lease_services._THREADS):
         ask("present")
-    until_true(lambda: len(lease.asked) == lease_services._THREADS, "all are under way")
+    wait_until(lambda: len(lease.asked) == lease_services._THREADS, "all are under way")
     for action in ("take", "reset_stop", "stop"):
         ask(action)
     time.sleep(lease_services.TIMEOUT + 0.1)

@@ -66,10 +66,10 @@ def robot(graph, station_camera):
 
 
 @pytest.fixture(scope="module")
-def driver(running, robot, spoken, face, until_true):
+def driver(running, robot, spoken, face, wait_until):
     browser = Browser(running[1], SETTLED, devices(spoken[1], face))
     with contextlib.closing(browser.tools):
-        yield enter(browser, until_true)
+        yield enter(browser, wait_until)
 
 
 def press(browser: Browser, name: str) -> None:
@@ -97,20 +97,20 @@ def is_silent(robot: Simulation) -> bool:
 
 
 @pytest.mark.alone
-def test_the_pilot_s_voice_comes_out_of_the_robot_while_the_microphone_is_open(driver, robot, spoken, until_true):
-    until_true(lambda: not driver.evaluate("document.getElementById('tool_microphone').hidden"), "one can speak")
+def test_the_pilot_s_voice_comes_out_of_the_robot_while_the_microphone_is_open(driver, robot, spoken, wait_until):
+    wait_until(lambda: not driver.evaluate("document.getElementById('tool_microphone').hidden"), "one can speak")
     assert is_silent(robot) and not is_pressed(driver, "tool_microphone")
     press(driver, "tool_microphone")
-    until_true(lambda: "Your voice comes out" in driver.text("section_sound"), "the robot gets the voice")
+    wait_until(lambda: "Your voice comes out" in driver.text("section_sound"), "the robot gets the voice")
     likeness, period = Likeness(spoken[0]), len(spoken[0]) / RATE
-    until_true(lambda: time.sleep(period / 2) or likeness.listen(played(robot, 2 * period)), lambda: likeness.best)
+    wait_until(lambda: time.sleep(period / 2) or likeness.listen(played(robot, 2 * period)), lambda: likeness.best)
     print("likeness", [f"{value:.3f}" for value in likeness.best])
     press(driver, "tool_microphone")
-    until_true(lambda: is_silent(robot), "the microphone is muted")
+    wait_until(lambda: is_silent(robot), "the microphone is muted")
     driver.key("KeyV", True)
-    until_true(lambda: not is_silent(robot), "the key talks while it is held")
+    wait_until(lambda: not is_silent(robot), "the key talks while it is held")
     driver.key("KeyV", False)
-    until_true(lambda: is_silent(robot), "and no longer")
+    wait_until(lambda: is_silent(robot), "and no longer")
     talk = "document.getElementById('talk').dispatchEvent(new {})"
     for press_it, let_go in (
         (
@@ -123,21 +123,21 @@ def test_the_pilot_s_voice_comes_out_of_the_robot_while_the_microphone_is_open(d
         ),
     ):
         press_it()
-        until_true(lambda: not is_silent(robot), "held again")
+        wait_until(lambda: not is_silent(robot), "held again")
         let_go()
-        until_true(lambda: is_silent(robot), "its release is not seen, as on a Mac, or after Tab")
+        wait_until(lambda: is_silent(robot), "its release is not seen, as on a Mac, or after Tab")
     driver.key("KeyV", False)
     driver.key("KeyM", True)
-    until_true(lambda: not is_silent(robot), "the other key opens it")
+    wait_until(lambda: not is_silent(robot), "the other key opens it")
     hide(driver, True)
-    until_true(lambda: is_silent(robot), "nobody speaks by a hidden page")
+    wait_until(lambda: is_silent(robot), "nobody speaks by a hidden page")
     hide(driver, False)
     assert not is_pressed(driver, "tool_microphone") and driver.errors == []
 
 
 @pytest.mark.alone
-def test_the_page_hears_what_is_said_beside_the_robot(driver, robot, until_true):
-    until_true(lambda: is_pressed(driver, "tool_speaker"), "the page listens by itself")
+def test_the_page_hears_what_is_said_beside_the_robot(driver, robot, wait_until):
+    wait_until(lambda: is_pressed(driver, "tool_speaker"), "the page listens by itself")
     theirs = sentence(ROBOT_HEARS, "en-gb")
     likeness = Likeness(theirs)
 
@@ -145,17 +145,17 @@ def test_the_page_hears_what_is_said_beside_the_robot(driver, robot, until_true)
         robot.room.surroundings.play(theirs, RATE, time.monotonic() + 0.2)
         return likeness.listen(recorded(driver, len(theirs) / RATE + 1.5))
 
-    until_true(heard, lambda: likeness.best)
+    wait_until(heard, lambda: likeness.best)
     print("likeness", [f"{value:.3f}" for value in likeness.best])
     press(driver, "tool_speaker")
-    until_true(lambda: not is_pressed(driver, "tool_speaker"), "the robot is muted")
+    wait_until(lambda: not is_pressed(driver, "tool_speaker"), "the robot is muted")
     robot.room.surroundings.play(theirs, RATE)
     assert driver.evaluate("document.getElementById('robotSound').srcObject.getAudioTracks()[0].readyState") == "live"
     press(driver, "tool_speaker")
-    until_true(lambda: is_pressed(driver, "tool_speaker"), "it is listened to again")
+    wait_until(lambda: is_pressed(driver, "tool_speaker"), "it is listened to again")
 
 
-def test_the_face_is_on_the_robot_s_tablet_and_covered_while_the_page_is_hidden(driver, robot, until_true):
+def test_the_face_is_on_the_robot_s_tablet_and_covered_while_the_page_is_hidden(driver, robot, wait_until):
     def on_tablet() -> tuple[int, ...]:
         picture = robot.tablet.image.peek()
         return (0, 0, 0) if picture is None else tuple(map(int, picture.content[200, 320]))
@@ -169,38 +169,38 @@ def test_the_face_is_on_the_robot_s_tablet_and_covered_while_the_page_is_hidden(
 
     seen: list[tuple[int, ...]] = []
 
-    until_true(lambda: not driver.evaluate("document.getElementById('tool_camera').hidden"), "one can be seen")
+    wait_until(lambda: not driver.evaluate("document.getElementById('tool_camera').hidden"), "one can be seen")
     assert not shows_face() and not is_pressed(driver, "tool_camera")
     press(driver, "tool_camera")
-    until_true(shows_face, on_tablet)
+    wait_until(shows_face, on_tablet)
     assert driver.evaluate("!document.getElementById('selfView').hidden"), "the pilot sees what they see"
     hide(driver, True)
-    until_true(lambda: not shows_face(), "the camera is paused")
+    wait_until(lambda: not shows_face(), "the camera is paused")
     hide(driver, False)
-    until_true(shows_face, on_tablet)
+    wait_until(shows_face, on_tablet)
     press(driver, "tool_camera")
     seen.clear()
-    until_true(lambda: not shows_face() and not robot.tablet.visible, "the camera is off, and the page with it")
+    wait_until(lambda: not shows_face() and not robot.tablet.visible, "the camera is off, and the page with it")
     assert not any(max(abs(a - b) for a, b in zip(colour, ROOM, strict=True)) < 20 for colour in seen), seen
     press(driver, "tool_camera")
-    until_true(shows_face, "the page comes back with the face")
+    wait_until(shows_face, "the page comes back with the face")
     press(driver, "tool_camera")
-    until_true(lambda: not robot.tablet.visible, "and goes with it again")
+    wait_until(lambda: not robot.tablet.visible, "and goes with it again")
     assert driver.errors == []
 
 
-def test_the_robot_says_a_sentence(driver, graph, until_true):
+def test_the_robot_says_a_sentence(driver, graph, wait_until):
     said = graph.probe()
     said.watch("/speech", "std_msgs/String", ["data"])
-    until_true(lambda: not driver.evaluate("document.getElementById('tool_say').hidden"), "the robot can speak")
+    wait_until(lambda: not driver.evaluate("document.getElementById('tool_say').hidden"), "the robot can speak")
     press(driver, "tool_say")
     driver.tools.call("Input.insertText", text="May I come in?")
     driver.evaluate("document.getElementById('sayForm').requestSubmit()")
-    until_true(lambda: said.newest("/speech") == ["May I come in?"], "it says so")
-    until_true(lambda: driver.evaluate("document.getElementById('sentence').value") == "", "and the next one can come")
+    wait_until(lambda: said.newest("/speech") == ["May I come in?"], "it says so")
+    wait_until(lambda: driver.evaluate("document.getElementById('sentence').value") == "", "and the next one can come")
 
 
-def test_who_loses_the_robot_is_told_that_microphone_and_camera_are_off(driver, open_page, until_true):
+def test_who_loses_the_robot_is_told_that_microphone_and_camera_are_off(driver, open_page, wait_until):
     """A browser that was not run for a second loses the robot, too: then both are opened again."""
     names = "tool_microphone", "tool_camera"
     driver.evaluate(
@@ -214,13 +214,13 @@ def test_who_loses_the_robot_is_told_that_microphone_and_camera_are_off(driver, 
                 press(driver, name)
 
     press_until(
-        *(press_both, lambda: None, until_true),
+        *(press_both, lambda: None, wait_until),
         *(lambda: all(is_pressed(driver, name) for name in names), "both are open"),
     )
-    other = enter(open_page(), until_true)
+    other = enter(open_page(), wait_until)
     for device in ("microphone", "camera"):
         off = f"Your {device} is off: you do not have the robot any more."
-        until_true(lambda off=off: off in driver.evaluate("said"), off)
-    until_true(lambda: "anna drives now." in driver.evaluate("said"), "and who has it")
+        wait_until(lambda off=off: off in driver.evaluate("said"), off)
+    wait_until(lambda: "anna drives now." in driver.evaluate("said"), "and who has it")
     assert not any(is_pressed(driver, name) for name in names)
     assert driver.errors == other.errors == []

@@ -109,19 +109,19 @@ def robot(graph, probe):
 
 
 @pytest.fixture(scope="module")
-def browser(running, robot, until_true):
+def browser(running, robot, wait_until):
     browser = Browser(running[1])
     with contextlib.closing(browser.tools):
-        yield enter(browser, until_true)
+        yield enter(browser, wait_until)
         assert browser.errors == []
 
 
 @pytest.fixture
-def anna(browser, probe, until_true):
+def anna(browser, probe, wait_until):
     """Her page while nothing is held."""
     yield browser
     browser.evaluate("document.dispatchEvent(new Event('visibilitychange'))")
-    until_true(lambda: not heard(probe) or heard(probe)[-1] == ZERO, "the robot stands")
+    wait_until(lambda: not heard(probe) or heard(probe)[-1] == ZERO, "the robot stands")
     probe.forget("/cmd_vel")
 
 
@@ -227,22 +227,22 @@ def test_what_is_held_together_is_no_faster_than_the_robot(anna):
     assert across == pytest.approx([0.2 / math.sqrt(2)] * 2 + [0]) and (speed, boosted) == (0.35, [0.35, 0, 0])
 
 
-def test_keys_drive_as_in_the_window_at_the_speed_that_was_chosen(anna, probe, until_true):
-    drives(probe, until_true, anna)
+def test_keys_drive_as_in_the_window_at_the_speed_that_was_chosen(anna, probe, wait_until):
+    drives(probe, wait_until, anna)
     anna.key("PageDown", True)
-    hold_until(anna, until_true, lambda: heard(probe)[-1] == pytest.approx([0.15, 0.0, 0.0]), "it is slower")
+    hold_until(anna, wait_until, lambda: heard(probe)[-1] == pytest.approx([0.15, 0.0, 0.0]), "it is slower")
     anna.key("KeyW", False)
     for key, velocity in (("KeyA", [0.0, 0.15, 0.0]), ("KeyE", [0.0, 0.0, -0.375]), ("ArrowLeft", [0.0, 0.0, 0.375])):
-        hold_until(anna, until_true, lambda v=velocity: heard(probe)[-1] == pytest.approx(v), key, key)
+        hold_until(anna, wait_until, lambda v=velocity: heard(probe)[-1] == pytest.approx(v), key, key)
         anna.key(key, False)
     anna.key("PageUp", True)
-    until_true(lambda: anna.evaluate("document.getElementById('speed').value") == "0.2", "the slider shows it")
+    wait_until(lambda: anna.evaluate("document.getElementById('speed').value") == "0.2", "the slider shows it")
 
 
-def test_whoever_writes_does_not_drive(anna, probe, until_true):
-    drives(probe, until_true, anna)
+def test_whoever_writes_does_not_drive(anna, probe, wait_until):
+    drives(probe, wait_until, anna)
     anna.evaluate("document.body.append(Object.assign(document.createElement('input'), {id: 'words'})); words.focus()")
-    until_true(lambda: heard(probe)[-1] == ZERO, "the focus in a text stops")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "the focus in a text stops")
     probe.forget("/cmd_vel")
     anna.key("KeyW", True)
     anna.key("Space", True)
@@ -253,7 +253,7 @@ def test_whoever_writes_does_not_drive(anna, probe, until_true):
 
 
 @pytest.mark.parametrize("hand", ["finger", "mouse"])
-def test_an_arrow_drives_for_as_long_as_it_is_held(anna, probe, until_true, hand):
+def test_an_arrow_drives_for_as_long_as_it_is_held(anna, probe, wait_until, hand):
     """Pressed in its middle, where the icon is."""
     x, y = middle(anna, "[data-drive=forward]")
 
@@ -264,12 +264,12 @@ def test_an_arrow_drives_for_as_long_as_it_is_held(anna, probe, until_true, hand
         touch(anna, "touchEnd") if hand == "finger" else mouse(anna, "mouseReleased", x, y)
 
     probe.forget("/cmd_vel")
-    press_until(press, release, until_true, lambda: heard(probe)[-3:] == [FORWARD] * 3, "the arrow drives")
+    press_until(press, release, wait_until, lambda: heard(probe)[-3:] == [FORWARD] * 3, "the arrow drives")
     release()
-    until_true(lambda: heard(probe)[-1] == ZERO, "letting go stops")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "letting go stops")
 
 
-def test_two_thumbs_a_sliding_one_is_a_stick_the_other_stops(anna, probe, until_true):
+def test_two_thumbs_a_sliding_one_is_a_stick_the_other_stops(anna, probe, wait_until):
     x, y = middle(anna, "[data-drive=forward]")
     press, release = lambda: touch(anna, "touchStart", (1, (x, y))), lambda: touch(anna, "touchEnd")
 
@@ -278,24 +278,24 @@ def test_two_thumbs_a_sliding_one_is_a_stick_the_other_stops(anna, probe, until_
         press()
         touch(anna, "touchMove", (1, (x - 40, y - 40)))
 
-    press_until(press, release, until_true, lambda: FORWARD in heard(probe), "the button drives")
+    press_until(press, release, wait_until, lambda: FORWARD in heard(probe), "the button drives")
     ahead_and_left = lambda: heard(probe)[-1][0] > 0.05 and heard(probe)[-1][2] > 0.1  # noqa: E731
-    press_until(slide, lambda: None, until_true, ahead_and_left, "forward and to the left")
+    press_until(slide, lambda: None, wait_until, ahead_and_left, "forward and to the left")
     assert heard(probe)[-1][0] < 0.2 and heard(probe)[-1][1] == 0.0
     assert anna.evaluate("document.querySelectorAll('.pad button.held').length") == 0
     other = middle(anna, "#stop")
     touch(anna, "touchStart", (1, (x - 40, y - 40)), (2, other))
-    until_true(lambda: "red stop" in anna.text("status"), "the other thumb stops")
-    until_true(lambda: heard(probe)[-1] == ZERO, "the robot stands")
+    wait_until(lambda: "red stop" in anna.text("status"), "the other thumb stops")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "the robot stands")
     probe.forget("/cmd_vel")
-    let_go_of_the_stop(anna, until_true)
+    let_go_of_the_stop(anna, wait_until)
     touch(anna, "touchMove", (1, (x, y - 40)), (2, other))
     anna.evaluate("new Promise((done) => setTimeout(done, 200))")  # of sliding on
     touch(anna, "touchEnd")
     assert not [fields for fields in heard(probe) if any(fields)]
 
 
-def test_the_right_thumb_goes_sideways_where_there_is_no_head_to_turn(anna, probe, until_true):
+def test_the_right_thumb_goes_sideways_where_there_is_no_head_to_turn(anna, probe, wait_until):
     anna.tools.call("Emulation.setTouchEmulationEnabled", enabled=True)
     x, y = middle(anna, "#sidePad")
 
@@ -304,19 +304,19 @@ def test_the_right_thumb_goes_sideways_where_there_is_no_head_to_turn(anna, prob
         touch(anna, "touchMove", (1, (x + 60, y)))
 
     right = lambda: heard(probe) and heard(probe)[-1] == pytest.approx([0.0, -0.2, 0.0])  # noqa: E731
-    press_until(press, lambda: touch(anna, "touchEnd"), until_true, right, "it goes to the right")
+    press_until(press, lambda: touch(anna, "touchEnd"), wait_until, right, "it goes to the right")
     touch(anna, "touchEnd")
-    until_true(lambda: heard(probe)[-1] == ZERO, "letting go stops")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "letting go stops")
     anna.tools.call("Emulation.setTouchEmulationEnabled", enabled=False)
 
 
-def test_a_gamepad_drives_while_lb_is_held_and_stands_when_it_is_unplugged(anna, probe, until_true):
+def test_a_gamepad_drives_while_lb_is_held_and_stands_when_it_is_unplugged(anna, probe, wait_until):
     anna.evaluate(
         "globalThis.pad = {connected: true, index: 0, id: 'pad', mapping: 'standard', axes: [0, 0, 0, 0],"
         " buttons: [...Array(17)].map(() => ({pressed: false, value: 0}))};"
         "navigator.getGamepads = () => [globalThis.pad]"
     )
-    until_true(lambda: "LB" in anna.text("padChip"), "it is there")
+    wait_until(lambda: "LB" in anna.text("padChip"), "it is there")
     anna.evaluate("pad.axes[1] = -1")
     anna.evaluate("new Promise((done) => setTimeout(done, 200))")  # of moving a stick alone
     assert not [fields for fields in heard(probe) if any(fields)]
@@ -327,50 +327,50 @@ def test_a_gamepad_drives_while_lb_is_held_and_stands_when_it_is_unplugged(anna,
     def release():  # for as long as the page needs to see it
         anna.evaluate("pad.buttons[4] = {pressed: false, value: 0}; new Promise((done) => setTimeout(done, 300))")
 
-    press_until(press, release, until_true, lambda: FORWARD in heard(probe), "with LB it drives")
+    press_until(press, release, wait_until, lambda: FORWARD in heard(probe), "with LB it drives")
     anna.evaluate("pad.buttons[5] = {pressed: true, value: 1}")
     fast = lambda: heard(probe)[-1] == pytest.approx([0.35, 0.0, 0.0])  # noqa: E731
-    press_until(press, release, until_true, fast, "with RB as fast as the gate allows")
+    press_until(press, release, wait_until, fast, "with RB as fast as the gate allows")
     anna.evaluate("navigator.getGamepads = () => []")  # a browser's list, which it looks at, may be ahead of its event
-    until_true(lambda: heard(probe)[-1] == ZERO, "without it the robot stands")
-    until_true(lambda: "unplugged" in alert(anna), "the page says why")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "without it the robot stands")
+    wait_until(lambda: "unplugged" in alert(anna), "the page says why")
 
 
-def test_leaving_the_full_screen_while_driving_is_the_red_stop(anna, probe, until_true):
+def test_leaving_the_full_screen_while_driving_is_the_red_stop(anna, probe, wait_until):
     """Esc leaves it before any page hears of the key."""
-    drives(probe, until_true, anna)
+    drives(probe, wait_until, anna)
     anna.evaluate("document.dispatchEvent(new Event('fullscreenchange'))")
-    until_true(lambda: "red stop" in anna.text("status"), "it is stopped")
-    until_true(lambda: heard(probe)[-1] == ZERO, "the robot stands")
+    wait_until(lambda: "red stop" in anna.text("status"), "it is stopped")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "the robot stands")
     anna.key("KeyW", False)
-    let_go_of_the_stop(anna, until_true)
+    let_go_of_the_stop(anna, wait_until)
 
 
-def test_a_long_press_of_the_red_stop_is_one_press(anna, probe, until_true):
+def test_a_long_press_of_the_red_stop_is_one_press(anna, probe, wait_until):
     """Its click comes with the release, when the page may reset the stop: that takes another press."""
-    drives(probe, until_true, anna)
+    drives(probe, wait_until, anna)
     mouse(anna, "mousePressed", *middle(anna, "#stop"))
-    until_true(lambda: "red stop" in anna.text("status"), "it is stopped")
+    wait_until(lambda: "red stop" in anna.text("status"), "it is stopped")
     anna.key("KeyW", False)
     anna.evaluate(f"new Promise((done) => setTimeout(done, {1000 * PANIC + 200}))")
     mouse(anna, "mouseReleased", *middle(anna, "#stop"))
     anna.evaluate("new Promise((done) => setTimeout(done, 500))")  # as long as a request takes
     assert "red stop" in anna.text("status")
-    let_go_of_the_stop(anna, until_true)
+    let_go_of_the_stop(anna, wait_until)
 
 
-def test_space_stops_who_drives_wherever_the_focus_is(anna, probe, until_true):
+def test_space_stops_who_drives_wherever_the_focus_is(anna, probe, wait_until):
     anna.evaluate(
         "globalThis.box = document.body.appendChild(document.createElement('input'));box.type = 'checkbox'; box.focus()"
     )
-    drives(probe, until_true, anna)
+    drives(probe, wait_until, anna)
     anna.key("Space", True)
-    until_true(lambda: "red stop" in anna.text("status"), "it is stopped")
-    until_true(lambda: heard(probe)[-1] == ZERO, "the robot stands")
+    wait_until(lambda: "red stop" in anna.text("status"), "it is stopped")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "the robot stands")
     for code in ("Space", "KeyW"):
         anna.key(code, False)
     anna.evaluate("box.remove()")
-    let_go_of_the_stop(anna, until_true)
+    let_go_of_the_stop(anna, wait_until)
 
 
 def floor_at(u, v):
@@ -392,7 +392,7 @@ def shown_at(ahead, left):
 
 
 @pytest.mark.parametrize("at", [(0.6, 0.75), (0.2, 0.55)])
-def test_a_place_held_in_the_picture_is_driven_to_while_the_head_turns(anna, robot, probe, until_true, at):
+def test_a_place_held_in_the_picture_is_driven_to_while_the_head_turns(anna, robot, probe, wait_until, at):
     """A page that got no processor for half a second lets go, as it must: the place is held again where it is now."""
     assert shown_at(*floor_at(*at)) == pytest.approx(at)
     anna.evaluate(
@@ -407,7 +407,7 @@ def test_a_place_held_in_the_picture_is_driven_to_while_the_head_turns(anna, rob
         if not seen:
             seen, (dx, dy) = at, turned(*floor_at(*at), yaw)
             place = x + dx, y + dy
-        interrupted = hold(anna, probe, until_true, seen)
+        interrupted = hold(anna, probe, wait_until, seen)
         if not interrupted:
             break
     assert math.dist(place, robot()[:2]) <= NEAR, interrupted
@@ -417,7 +417,7 @@ def turned(x, y, angle):
     return x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle)
 
 
-def hold(browser, probe, until_true, at):
+def hold(browser, probe, wait_until, at):
     """Hold a place in the picture until the robot stands. Return what the page said meanwhile."""
     edge, top, width, height = box(browser, "#picture")
     finger = edge + at[0] * width, top + at[1] * height
@@ -425,8 +425,8 @@ def hold(browser, probe, until_true, at):
     probe.forget("/cmd_vel")
     mouse(browser, "mousePressed", *finger)
     moved = lambda: any(any(fields) for fields in heard(probe))  # noqa: E731
-    until_true(lambda: moved() or browser.evaluate("said.length"), "it drives")
-    until_true(lambda: not moved() or time.time() - last_move(probe) > PAUSE, "it stands")
+    wait_until(lambda: moved() or browser.evaluate("said.length"), "it drives")
+    wait_until(lambda: not moved() or time.time() - last_move(probe) > PAUSE, "it stands")
     mouse(browser, "mouseReleased", *finger)
     return browser.evaluate("said.filter(Boolean)")
 
@@ -435,70 +435,70 @@ def last_move(probe):
     return max(when for when, fields in probe.seen("/cmd_vel") if any(fields))
 
 
-def test_letting_go_of_the_floor_stops_and_a_short_click_only_explains(anna, probe, until_true):
+def test_letting_go_of_the_floor_stops_and_a_short_click_only_explains(anna, probe, wait_until):
     edge, top, width, height = box(anna, "#picture")
     finger = edge + 0.5 * width, top + 0.5 * height
     press, release = lambda: mouse(anna, "mousePressed", *finger), lambda: mouse(anna, "mouseReleased", *finger)
-    press_until(press, release, until_true, lambda: any(any(fields) for fields in heard(probe)), "it drives")
+    press_until(press, release, wait_until, lambda: any(any(fields) for fields in heard(probe)), "it drives")
     release()
-    until_true(lambda: heard(probe)[-1] == ZERO, "letting go stops")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "letting go stops")
     probe.forget("/cmd_vel")
     mouse(anna, "mousePressed", *finger)
     mouse(anna, "mouseReleased", *finger)
-    until_true(lambda: "Hold" in alert(anna), "a click says what to do")
+    wait_until(lambda: "Hold" in alert(anna), "a click says what to do")
     assert not [fields for fields in heard(probe) if any(fields)]
     mouse(anna, "mousePressed", edge + 0.5 * width, top + 0.01 * height)
-    until_true(lambda: "no floor" in alert(anna) or any(any(fields) for fields in heard(probe)), "or why not")
+    wait_until(lambda: "no floor" in alert(anna) or any(any(fields) for fields in heard(probe)), "or why not")
     mouse(anna, "mouseReleased", edge + 0.5 * width, top + 0.01 * height)
 
 
-def test_a_thumb_that_slides_takes_over_from_a_held_place_and_its_release_stops(anna, probe, until_true):
+def test_a_thumb_that_slides_takes_over_from_a_held_place_and_its_release_stops(anna, probe, wait_until):
     anna.tools.call("Emulation.setTouchEmulationEnabled", enabled=True)
     edge, top, width, height = box(anna, "#picture")
     place, (x, y) = (edge + 0.5 * width, top + 0.6 * height), middle(anna, "#sidePad")
 
     def release():
         touch(anna, "touchEnd")
-        until_true(lambda: not any(any(fields) for fields in heard(probe)[-3:]), "nothing is held any more")
+        wait_until(lambda: not any(any(fields) for fields in heard(probe)[-3:]), "nothing is held any more")
 
     def slide():
         probe.forget("/cmd_vel")
         touch(anna, "touchStart", (1, place))
-        until_true(lambda: any(any(fields) for fields in heard(probe)), "it is held")
+        wait_until(lambda: any(any(fields) for fields in heard(probe)), "it is held")
         touch(anna, "touchStart", (1, place), (2, (x, y)))
         for right in (20, 40, 60):
             touch(anna, "touchMove", (1, place), (2, (x + right, y)))
 
     right = lambda: heard(probe) and heard(probe)[-1] == pytest.approx([0.0, -0.2, 0.0])  # noqa: E731
-    press_until(slide, release, until_true, right, "the thumb drives")
+    press_until(slide, release, wait_until, right, "the thumb drives")
     release()
     anna.tools.call("Emulation.setTouchEmulationEnabled", enabled=False)
 
 
-def test_a_place_takes_over_from_a_key_and_its_release_stops(anna, probe, until_true):
+def test_a_place_takes_over_from_a_key_and_its_release_stops(anna, probe, wait_until):
     edge, top, width, height = box(anna, "#picture")
     finger = edge + 0.5 * width, top + 0.6 * height
 
     def press():
-        drives(probe, until_true, anna)
+        drives(probe, wait_until, anna)
         mouse(anna, "mousePressed", *finger)
 
     def release():
         mouse(anna, "mouseReleased", *finger)
 
     there = lambda: any(any(fields) and fields != FORWARD for fields in heard(probe))  # noqa: E731
-    press_until(press, release, until_true, there, "it drives to the place")
+    press_until(press, release, wait_until, there, "it drives to the place")
     release()
-    until_true(lambda: heard(probe)[-1] == ZERO, "letting go of the place stops, whatever the key does")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "letting go of the place stops, whatever the key does")
     anna.key("KeyW", False)
     probe.forget("/cmd_vel")
     mouse(anna, "mousePressed", *finger)
     mouse(anna, "mouseReleased", *finger)
-    until_true(lambda: "Hold" in alert(anna), "the next press is a press like any other")
+    wait_until(lambda: "Hold" in alert(anna), "the next press is a press like any other")
     assert not [fields for fields in heard(probe) if any(fields)]
 
 
-def test_a_place_that_is_let_go_of_before_it_counts_as_held_is_told_of(anna, robot, until_true):
+def test_a_place_that_is_let_go_of_before_it_counts_as_held_is_told_of(anna, robot, wait_until):
     """A page that got no processor for a while holds nothing afterwards, although the finger is still down."""
     edge, top, width, height = box(anna, "#picture")
     finger = edge + 0.5 * width, top + 0.75 * height
@@ -509,41 +509,41 @@ def test_a_place_that_is_let_go_of_before_it_counts_as_held_is_told_of(anna, rob
         anna.evaluate("{ const woken = performance.now() + 700; while (performance.now() < woken); }")
 
     release = lambda: mouse(anna, "mouseReleased", *finger)  # noqa: E731
-    press_until(press, release, until_true, lambda: "asleep" in alert(anna), "the page says why the robot stands")
+    press_until(press, release, wait_until, lambda: "asleep" in alert(anna), "the page says why the robot stands")
     release()
 
 
-def test_a_page_drives_after_a_sleep_that_its_clock_has_missed(anna, probe, until_true):
+def test_a_page_drives_after_a_sleep_that_its_clock_has_missed(anna, probe, wait_until):
     """performance.now() stands still while a computer sleeps, in most browsers; what is sent afterwards is not late."""
-    drives(probe, until_true, anna)
+    drives(probe, wait_until, anna)
     anna.evaluate(f"""{{
       const counts = performance.now.bind(performance), woken = counts() + {1000 * SLEEP};
       while (counts() < woken);
       performance.now = () => counts() - {1000 * SLEEP};
     }}""")
-    until_true(lambda: heard(probe)[-1] == ZERO, "what was held before holds no more")
-    drives(probe, until_true, anna)
+    wait_until(lambda: heard(probe)[-1] == ZERO, "what was held before holds no more")
+    drives(probe, wait_until, anna)
     anna.evaluate("delete performance.now")
-    drives(probe, until_true, anna)
+    drives(probe, wait_until, anna)
     anna.key("KeyW", False)
 
 
-def test_the_robot_is_handed_over_to_a_page_with_a_slow_connection(anna, open_page, probe, until_true):
+def test_the_robot_is_handed_over_to_a_page_with_a_slow_connection(anna, open_page, probe, wait_until):
     ben = open_page(SLOW)
-    until_true(lambda: ben.evaluate("!document.getElementById('enter').hidden"), "the page asks who it is")
+    wait_until(lambda: ben.evaluate("!document.getElementById('enter').hidden"), "the page asks who it is")
     ben.sign_in("ben")
     hidden = lambda browser, part: browser.evaluate(f"document.getElementById('{part}').hidden")  # noqa: E731
     press = lambda browser, part: browser.evaluate(f"document.getElementById('{part}').click()")  # noqa: E731
-    until_true(lambda: ben.text("take") == "Ask to drive" and ben.width(), "ben sees, and that somebody drives")
-    until_true(lambda: "anna drives" in ben.text("status"), "and who that is")
-    hold_until(ben, until_true, lambda: "anna drives" in alert(ben), "he is told why nothing drives")
+    wait_until(lambda: ben.text("take") == "Ask to drive" and ben.width(), "ben sees, and that somebody drives")
+    wait_until(lambda: "anna drives" in ben.text("status"), "and who that is")
+    hold_until(ben, wait_until, lambda: "anna drives" in alert(ben), "he is told why nothing drives")
 
     def asks() -> None:
         """A page that is held up may dial again, and what it has asked for is forgotten."""
         press_until(
             lambda: press(ben, "take"),
             lambda: None,
-            until_true,
+            wait_until,
             lambda: not hidden(anna, "keep") and "ben asks" in alert(anna),
             "anna is asked",
         )
@@ -551,7 +551,7 @@ def test_the_robot_is_handed_over_to_a_page_with_a_slow_connection(anna, open_pa
     def is_told_of_a_refusal() -> bool:
         asks()
         press(anna, "keep")
-        until_true(lambda: hidden(anna, "keep"), "she keeps it")
+        wait_until(lambda: hidden(anna, "keep"), "she keeps it")
         end = time.monotonic() + 8.0
         while "anna keeps the robot" not in alert(ben) and time.monotonic() < end:
             time.sleep(0.1)
@@ -561,21 +561,21 @@ def test_the_robot_is_handed_over_to_a_page_with_a_slow_connection(anna, open_pa
     asks()
     assert anna.text("give") == "Hand over to ben"
     press(anna, "give")
-    until_true(lambda: hidden(ben, "take") and not hidden(anna, "take"), "ben has it")
+    wait_until(lambda: hidden(ben, "take") and not hidden(anna, "take"), "ben has it")
     assert not [fields for fields in heard(probe) if any(fields)], "what he held before drives nothing"
     slowly = [0.1, 0.0, 0.0]
-    hold_until(ben, until_true, lambda: slowly in heard(probe), "by a slow connection he drives at half speed")
+    hold_until(ben, wait_until, lambda: slowly in heard(probe), "by a slow connection he drives at half speed")
     ben.evaluate("globalThis.late = 0")
-    hold_until(ben, until_true, lambda: heard(probe)[-1] == FORWARD, "by a quick one at full speed")
+    hold_until(ben, wait_until, lambda: heard(probe)[-1] == FORWARD, "by a quick one at full speed")
     ben.evaluate("globalThis.late = 1500")
     hold_until(
-        ben, until_true, lambda: "more than a second late" in alert(ben), "by one that is too slow he is told so"
+        ben, wait_until, lambda: "more than a second late" in alert(ben), "by one that is too slow he is told so"
     )
-    until_true(lambda: heard(probe)[-1] == ZERO, "and drives nothing")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "and drives nothing")
     ben.key("KeyW", False)
     ben.evaluate("globalThis.late = 0")
     press(ben, "release")
-    until_true(lambda: anna.text("take") == "Take the robot", "it is free")
+    wait_until(lambda: anna.text("take") == "Take the robot", "it is free")
     assert ben.errors == []
     press(anna, "take")
-    until_true(lambda: hidden(anna, "take"), "anna has it again")
+    wait_until(lambda: hidden(anna, "take"), "anna has it again")

@@ -54,72 +54,72 @@ def browser(internet, url):
 
 
 @pytest.fixture
-def pilot(browser, until_true):
-    until_true(lambda: browser.is_there() or browser.asks(), "the page is there")
-    return browser if browser.is_there() else enter(browser, until_true)
+def pilot(browser, wait_until):
+    wait_until(lambda: browser.is_there() or browser.asks(), "the page is there")
+    return browser if browser.is_there() else enter(browser, wait_until)
 
 
-def comes_back(probe, until_true, browser, *ways: str) -> None:
+def comes_back(probe, wait_until, browser, *ways: str) -> None:
     began = time.monotonic()
     probe.forget("/cmd_vel")
-    until_true(browser.is_there, "the page shows pictures and has the robot")
+    wait_until(browser.is_there, "the page shows pictures and has the robot")
     assert time.monotonic() - began <= BACK
     time.sleep(SURE)
     assert FORWARD not in heard(probe)
-    until_true(lambda: browser.way() in ways, f"the page takes one of the ways {ways}")
-    drives(probe, until_true, browser)
+    wait_until(lambda: browser.way() in ways, f"the page takes one of the ways {ways}")
+    drives(probe, wait_until, browser)
 
 
-def lets_go(probe, until_true, browser) -> None:
+def lets_go(probe, wait_until, browser) -> None:
     browser.key("KeyW", False)
-    until_true(lambda: heard(probe)[-1] == ZERO, "the release stops")
+    wait_until(lambda: heard(probe)[-1] == ZERO, "the release stops")
 
 
-def test_both_behind_routers_find_a_direct_way(pilot, probe, until_true):
-    drives(probe, until_true, pilot)
-    until_true(lambda: pilot.way() not in ("", "dialling"), "the page says which way it takes")
+def test_both_behind_routers_find_a_direct_way(pilot, probe, wait_until):
+    drives(probe, wait_until, pilot)
+    wait_until(lambda: pilot.way() not in ("", "dialling"), "the page says which way it takes")
     assert pilot.way() == "direct"
     assert pilot.errors == []
 
 
-def test_the_network_is_cut_for_ten_seconds(internet, pilot, probe, until_true):
+def test_the_network_is_cut_for_ten_seconds(internet, pilot, probe, wait_until):
     @contextlib.contextmanager
     def cut() -> Iterator[None]:
-        drives(probe, until_true, pilot)
+        drives(probe, wait_until, pilot)
         with internet.cut():
             yield
             time.sleep(CUT)
             assert FORWARD not in heard(probe)[-5:]
-        comes_back(probe, until_true, pilot, "direct", "relay")
+        comes_back(probe, wait_until, pilot, "direct", "relay")
 
-    assert_stands(probe, until_true, cut)
+    assert_stands(probe, wait_until, cut)
 
 
-def test_behind_strict_routers_a_relay_carries_everything(internet, url, pilot, probe, until_true):
-    lets_go(probe, until_true, pilot)
+def test_behind_strict_routers_a_relay_carries_everything(internet, url, pilot, probe, wait_until):
+    lets_go(probe, wait_until, pilot)
     internet.translate(int(url.rstrip("/").rpartition(":")[2]), strict=True)
     pilot.tools.call("Page.reload")
-    comes_back(probe, until_true, pilot, "relay")
+    comes_back(probe, wait_until, pilot, "relay")
 
 
-def test_the_relay_is_killed_and_started_again(internet, pilot, probe, until_true):
+def test_the_relay_is_killed_and_started_again(internet, pilot, probe, wait_until):
     @contextlib.contextmanager
     def killed() -> Iterator[None]:
-        drives(probe, until_true, pilot)
+        drives(probe, wait_until, pilot)
         internet.kill_relay()
         yield
         time.sleep(SURE)
         internet.start_relay()
-        comes_back(probe, until_true, pilot, "relay")
+        comes_back(probe, wait_until, pilot, "relay")
 
-    assert_stands(probe, until_true, killed)
+    assert_stands(probe, wait_until, killed)
 
 
-def test_without_a_relay_the_slower_way_is_taken_and_left_again(internet, pilot, probe, until_true):
+def test_without_a_relay_the_slower_way_is_taken_and_left_again(internet, pilot, probe, wait_until):
     internet.kill_relay()
-    until_true(lambda: heard(probe)[-1] == ZERO, "the robot is told to stand")
-    until_true(lambda: pilot.is_there() and pilot.way() == "slower", "the page works by the slower way")
-    drives(probe, until_true, pilot)
-    lets_go(probe, until_true, pilot)
+    wait_until(lambda: heard(probe)[-1] == ZERO, "the robot is told to stand")
+    wait_until(lambda: pilot.is_there() and pilot.way() == "slower", "the page works by the slower way")
+    drives(probe, wait_until, pilot)
+    lets_go(probe, wait_until, pilot)
     internet.start_relay()
-    until_true(lambda: pilot.is_there() and pilot.way() == "relay", "the page finds the relay again")
+    wait_until(lambda: pilot.is_there() and pilot.way() == "relay", "the page finds the relay again")

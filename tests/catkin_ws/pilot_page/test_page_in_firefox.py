@@ -41,40 +41,40 @@ def has_network() -> bool:
 
 
 @contextlib.contextmanager
-def released(probe, until_true, browser) -> Iterator[None]:
-    drives(probe, until_true, browser)
+def released(probe, wait_until, browser) -> Iterator[None]:
+    drives(probe, wait_until, browser)
     browser.key("KeyW", False)
     yield
 
 
-def test_anna_sees_drives_stops_and_is_killed(firefox, probe, until_true):
-    anna = enter(firefox(), until_true)
+def test_anna_sees_drives_stops_and_is_killed(firefox, probe, wait_until):
+    anna = enter(firefox(), wait_until)
 
     @contextlib.contextmanager
     def stopped() -> Iterator[None]:
-        drives(probe, until_true, anna)
+        drives(probe, wait_until, anna)
         anna.evaluate("document.getElementById('stop').click()")
-        until_true(lambda: "red stop" in anna.text("status"), "the page says so")
+        wait_until(lambda: "red stop" in anna.text("status"), "the page says so")
         yield
-        let_go_of_the_stop(anna, until_true)
+        let_go_of_the_stop(anna, wait_until)
 
     @contextlib.contextmanager
     def killed() -> Iterator[None]:
-        other = enter(firefox(), until_true)
-        drives(probe, until_true, other)
+        other = enter(firefox(), wait_until)
+        drives(probe, wait_until, other)
         other.browser.signal(signal.SIGKILL)
         yield
 
-    until_true(lambda: anna.way() == (DIRECT if has_network() else SLOWER), "the page says which way it takes")
-    assert_stands(probe, until_true, lambda: released(probe, until_true, anna))
-    assert_stands(probe, until_true, stopped)
+    wait_until(lambda: anna.way() == (DIRECT if has_network() else SLOWER), "the page says which way it takes")
+    assert_stands(probe, wait_until, lambda: released(probe, wait_until, anna))
+    assert_stands(probe, wait_until, stopped)
     assert anna.errors == []
     anna.evaluate("document.getElementById('leave').click()")
-    assert_stands(probe, until_true, killed)
+    assert_stands(probe, wait_until, killed)
 
 
-def test_without_webrtc_she_drives_by_the_slower_way(firefox, probe, until_true):
-    anna = enter(firefox("delete globalThis.RTCPeerConnection;"), until_true)
-    until_true(lambda: anna.way() == SLOWER, "the page says so")
-    assert_stands(probe, until_true, lambda: released(probe, until_true, anna))
+def test_without_webrtc_she_drives_by_the_slower_way(firefox, probe, wait_until):
+    anna = enter(firefox("delete globalThis.RTCPeerConnection;"), wait_until)
+    wait_until(lambda: anna.way() == SLOWER, "the page says so")
+    assert_stands(probe, wait_until, lambda: released(probe, wait_until, anna))
     assert anna.errors == []

@@ -35,11 +35,11 @@ def looks(graph, running):
 
 
 @pytest.fixture(scope="module")
-def anna(running, looks, until_true):
+def anna(running, looks, wait_until):
     browser = Browser(running[1])
     with contextlib.closing(browser.tools):
-        enter(browser, until_true)
-        until_true(lambda: browser.evaluate("!document.getElementById('lookPad').hidden"), "the robot has a head")
+        enter(browser, wait_until)
+        wait_until(lambda: browser.evaluate("!document.getElementById('lookPad').hidden"), "the robot has a head")
         yield browser
 
 
@@ -63,17 +63,17 @@ def mouse(browser, kind, x, y):
     )  # fmt: skip
 
 
-def centre(browser, looks, until_true):
+def centre(browser, looks, wait_until):
     ahead = lambda: where(looks) == pytest.approx([0.0, 0.15], abs=1e-3)  # noqa: E731
-    hold_until(browser, until_true, ahead, "straight ahead", "KeyH")
+    hold_until(browser, wait_until, ahead, "straight ahead", "KeyH")
     browser.key("KeyH", False)
-    until_true(
+    wait_until(
         lambda: all(time.time() - when > QUIET for when, _ in looks.seen("/head/look")[-1:]), "and nothing turns it"
     )
     looks.forget("/head/look")
 
 
-def turn_to(browser, looks, until_true, gesture, wanted, what):
+def turn_to(browser, looks, wait_until, gesture, wanted, what):
     """Turn the head from straight ahead to `wanted`: yaw and pitch [rad]. A page whose picture is late, on a busy
     machine, takes no gesture and ends one: then it is made again."""
     made = -math.inf
@@ -83,15 +83,15 @@ def turn_to(browser, looks, until_true, gesture, wanted, what):
         if where(looks) == pytest.approx(wanted, abs=0.01):
             return True
         if time.monotonic() - made > AGAIN:
-            centre(browser, looks, until_true)
+            centre(browser, looks, wait_until)
             gesture()
             made = time.monotonic()
         return False
 
-    until_true(turned, what)
+    wait_until(turned, what)
 
 
-def test_what_is_dragged_stays_under_the_pointer(anna, looks, until_true):
+def test_what_is_dragged_stays_under_the_pointer(anna, looks, wait_until):
     def drag() -> None:
         mouse(anna, "mousePressed", 0.5, 0.5)
         for step in range(1, 6):
@@ -100,38 +100,38 @@ def test_what_is_dragged_stays_under_the_pointer(anna, looks, until_true):
 
     pixels = 40, 12  # of the camera
     wanted = [math.atan2(pixels[0], FOCAL), 0.15 - math.atan2(pixels[1], FOCAL)]
-    turn_to(anna, looks, until_true, drag, wanted, "the head has followed")
+    turn_to(anna, looks, wait_until, drag, wanted, "the head has followed")
     assert {manner for manner, _, _ in heard(looks)} == {GOAL}
     mark = "parseFloat(document.getElementById('aheadMark').style.left)"
-    until_true(lambda: anna.evaluate(mark) == pytest.approx(75, abs=1), "the mark is where the middle was [%]")
+    wait_until(lambda: anna.evaluate(mark) == pytest.approx(75, abs=1), "the mark is where the middle was [%]")
     assert "left" in anna.text("headChip")
 
 
-def test_a_key_turns_the_head_while_it_is_held(anna, looks, until_true):
-    centre(anna, looks, until_true)
+def test_a_key_turns_the_head_while_it_is_held(anna, looks, wait_until):
+    centre(anna, looks, wait_until)
     right = lambda: len([1 for manner, yaw, _ in heard(looks) if manner == RATE and yaw < 0]) > 5  # noqa: E731
-    hold_until(anna, until_true, right, "it turns right", "KeyL")
+    hold_until(anna, wait_until, right, "it turns right", "KeyL")
     anna.key("KeyL", False)
-    until_true(lambda: heard(looks)[-2:] == [[RATE, 0.0, 0.0]] * 2, "the release stops it, more than once")
+    wait_until(lambda: heard(looks)[-2:] == [[RATE, 0.0, 0.0]] * 2, "the release stops it, more than once")
 
 
-def test_a_press_without_a_pointer_turns_by_one_step(anna, looks, until_true):
+def test_a_press_without_a_pointer_turns_by_one_step(anna, looks, wait_until):
     click = lambda: anna.evaluate("document.querySelector('[data-look=look_left]').click()")  # noqa: E731
-    turn_to(anna, looks, until_true, click, [0.26, 0.15], "one step to the left")
+    turn_to(anna, looks, wait_until, click, [0.26, 0.15], "one step to the left")
 
 
-def test_looking_where_i_drive_is_repeated_until_something_else_turns_the_head(anna, looks, until_true):
-    centre(anna, looks, until_true)
+def test_looking_where_i_drive_is_repeated_until_something_else_turns_the_head(anna, looks, wait_until):
+    centre(anna, looks, wait_until)
     anna.evaluate("document.querySelector('[data-look=way]').click()")
-    until_true(lambda: heard(looks)[-5:] == [[WAY, 0.0, 0.0]] * 5, "it is said again and again")
+    wait_until(lambda: heard(looks)[-5:] == [[WAY, 0.0, 0.0]] * 5, "it is said again and again")
     assert anna.evaluate("document.querySelector('[data-look=way]').getAttribute('aria-pressed')") == "true"
-    hold_until(anna, until_true, lambda: heard(looks)[-1][0] == RATE, "a key takes over", "KeyJ")
+    hold_until(anna, wait_until, lambda: heard(looks)[-1][0] == RATE, "a key takes over", "KeyJ")
     anna.key("KeyJ", False)
-    until_true(lambda: heard(looks)[-1] == [RATE, 0.0, 0.0], "and stays in charge")
+    wait_until(lambda: heard(looks)[-1] == [RATE, 0.0, 0.0], "and stays in charge")
 
 
-def test_the_right_stick_turns_the_head_with_its_modifier_only(anna, looks, until_true):
-    centre(anna, looks, until_true)
+def test_the_right_stick_turns_the_head_with_its_modifier_only(anna, looks, wait_until):
+    centre(anna, looks, wait_until)
     anna.evaluate(
         "globalThis.tilted = { connected: true, index: 0, axes: [0, 0, 0.9, 0],"
         " buttons: Array.from({ length: 17 }, () => ({ pressed: false })) };"
@@ -140,14 +140,14 @@ def test_the_right_stick_turns_the_head_with_its_modifier_only(anna, looks, unti
     time.sleep(0.3)  # of a stick without its modifier
     assert heard(looks) == []
     anna.evaluate("globalThis.tilted.buttons[6].pressed = true")
-    until_true(lambda: any(manner == RATE and yaw < 0 for manner, yaw, _ in heard(looks)), "with LT it turns right")
+    wait_until(lambda: any(manner == RATE and yaw < 0 for manner, yaw, _ in heard(looks)), "with LT it turns right")
     anna.evaluate("navigator.getGamepads = () => []")
-    until_true(lambda: heard(looks)[-1] == [RATE, 0.0, 0.0], "a pad that is gone turns nothing")
+    wait_until(lambda: heard(looks)[-1] == [RATE, 0.0, 0.0], "a pad that is gone turns nothing")
 
 
-def test_a_page_that_is_not_looked_at_turns_nothing(anna, looks, until_true):
-    centre(anna, looks, until_true)
-    hold_until(anna, until_true, lambda: len(heard(looks)) > 3, "it turns", "KeyJ")
+def test_a_page_that_is_not_looked_at_turns_nothing(anna, looks, wait_until):
+    centre(anna, looks, wait_until)
+    hold_until(anna, wait_until, lambda: len(heard(looks)) > 3, "it turns", "KeyJ")
     anna.evaluate(
         "Object.defineProperty(document, 'hidden', { configurable: true, get: () => true });"
         "document.dispatchEvent(new Event('visibilitychange'))"
@@ -160,15 +160,15 @@ def test_a_page_that_is_not_looked_at_turns_nothing(anna, looks, until_true):
     assert late == []
 
 
-def test_a_watcher_cannot_turn_the_head(anna, looks, open_page, until_true):
-    centre(anna, looks, until_true)
+def test_a_watcher_cannot_turn_the_head(anna, looks, open_page, wait_until):
+    centre(anna, looks, wait_until)
     will = open_page()
-    until_true(lambda: will.evaluate("!document.getElementById('enter').hidden"), "the page asks who it is")
+    wait_until(lambda: will.evaluate("!document.getElementById('enter').hidden"), "the page asks who it is")
     will.sign_in("will")
-    until_true(lambda: "may watch" in will.text("status"), "the page is there")
+    wait_until(lambda: "may watch" in will.text("status"), "the page is there")
     will.key("KeyJ", True)
     time.sleep(0.4)  # of trying
     will.key("KeyJ", False)
     will.evaluate("document.querySelector('[data-look=look_left]').click()")
-    until_true(lambda: "may watch" in will.text("alert"), "the page says why")
+    wait_until(lambda: "may watch" in will.text("alert"), "the page says why")
     assert heard(looks) == [] and anna.errors == [] and will.errors == []

@@ -57,12 +57,12 @@ RECEIVED_WIDTH = """peers.at(-1).getStats().then((reports) =>
   [...reports.values()].find((one) => one.type === "inbound-rtp" && one.kind === "video")?.frameWidth ?? 0)"""
 
 
-def test_what_the_robot_says_is_painted_and_written(graph, anna, until_true):
+def test_what_the_robot_says_is_painted_and_written(graph, anna, wait_until):
     graph.run(sys.executable, "-c", ROBOT)
-    until_true(lambda: anna.evaluate(RING) == [5, 5, 62], "the gate's ring is there")
-    until_true(lambda: anna.text("status") == "A chair is near.", "the gate's reason is there")
+    wait_until(lambda: anna.evaluate(RING) == [5, 5, 62], "the gate's ring is there")
+    wait_until(lambda: anna.text("status") == "A chair is near.", "the gate's reason is there")
     for words in ("22 %", "The sonar's program froze; it starts again."):
-        until_true(lambda words=words: words in anna.text("facts"), words)
+        wait_until(lambda words=words: words in anna.text("facts"), words)
     age = anna.text("age")
     assert age.startswith("Picture ") and age.endswith(" ms") and anna.errors == []
 
@@ -86,14 +86,14 @@ def test_pictures_are_dated_by_one_of_them_and_the_quickest_message_and_aged_on_
     assert on_the_screen >= 0.05 + 0.19, "it has been on its way"
 
 
-def test_small_pictures_that_were_asked_for_stay_small_in_the_next_connection(open_page, until_true):
+def test_small_pictures_that_were_asked_for_stay_small_in_the_next_connection(open_page, wait_until):
     page = open_page(KEEP_PEERS)
-    until_true(page.asks, "the page asks who it is")
+    wait_until(page.asks, "the page asks who it is")
     page.sign_in("will")
-    until_true(lambda: page.evaluate(RECEIVED_WIDTH) == 160, "large pictures come")
+    wait_until(lambda: page.evaluate(RECEIVED_WIDTH) == 160, "large pictures come")
     page.evaluate("document.querySelector('#section_picture input').click()")
-    until_true(lambda: page.evaluate(RECEIVED_WIDTH) == 80, "small ones come")
+    wait_until(lambda: page.evaluate(RECEIVED_WIDTH) == 80, "small ones come")
     before = page.evaluate("peers.at(-1).close(), peers.length")
-    until_true(lambda: page.evaluate("peers.length") > before, "it dials again")  # and again, on a busy machine
-    until_true(lambda: page.evaluate(RECEIVED_WIDTH) == 80, "small ones come here, too")
+    wait_until(lambda: page.evaluate("peers.length") > before, "it dials again")  # and again, on a busy machine
+    wait_until(lambda: page.evaluate(RECEIVED_WIDTH) == 80, "small ones come here, too")
     assert page.errors == []

@@ -21,7 +21,7 @@ def both(graph, page):
     return started.wait_for(r"https://127\.0\.0\.1:\d+/").group()
 
 
-def test_the_other_robot_is_one_tap_away(graph, both, until_true):
+def test_the_other_robot_is_one_tap_away(graph, both, wait_until):
     probe = graph.probe()
     for topic in ("/cmd_vel", "/rto9/cmd_vel"):
         probe.watch(topic, "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"])
@@ -41,23 +41,23 @@ def test_the_other_robot_is_one_tap_away(graph, both, until_true):
 
     browser = Browser(both)
     try:
-        enter(browser, until_true)
+        enter(browser, wait_until)
         assert browser.evaluate("document.title") == "Pepper – pilot"
-        until_true(lambda: last("/looking") == ["anna"], "Pepper's surroundings know who looks")
-        hold_until(browser, until_true, lambda: last("/cmd_vel") == FORWARD, "Pepper drives")
+        wait_until(lambda: last("/looking") == ["anna"], "Pepper's surroundings know who looks")
+        hold_until(browser, wait_until, lambda: last("/cmd_vel") == FORWARD, "Pepper drives")
         browser.evaluate("document.querySelector('#robots [data-robot=Robotino]').click()")
-        until_true(lambda: last("/cmd_vel") == ZERO, "Pepper is told to stand")
-        until_true(browser.is_there, "Robotino's pictures are there, and nobody else had it")
-        until_true(lambda: last("/drive/state") == [""] and last("/rto9/drive/state") == ["anna"], "Pepper is free")
-        until_true(lambda: last("/looking") == [""] and last("/rto9/looking") == ["anna"], "who looks has changed")
+        wait_until(lambda: last("/cmd_vel") == ZERO, "Pepper is told to stand")
+        wait_until(browser.is_there, "Robotino's pictures are there, and nobody else had it")
+        wait_until(lambda: last("/drive/state") == [""] and last("/rto9/drive/state") == ["anna"], "Pepper is free")
+        wait_until(lambda: last("/looking") == [""] and last("/rto9/looking") == ["anna"], "who looks has changed")
         assert last("/rto9/cmd_vel") in ([], ZERO), "a key that was held for Pepper does not drive Robotino"
         browser.key("KeyW", False)
-        until_true(lambda: press_again() and last("/rto9/cmd_vel") == FORWARD, "Robotino drives")
+        wait_until(lambda: press_again() and last("/rto9/cmd_vel") == FORWARD, "Robotino drives")
         browser.key("KeyW", False)
         browser.tools.call("Page.reload")
-        until_true(browser.is_there, "the page is there again")
+        wait_until(browser.is_there, "the page is there again")
         assert browser.evaluate("document.title") == "Robotino – pilot"
         assert browser.errors == []
     finally:
         browser.tools.close()
-    until_true(lambda: last("/rto9/looking") == [""], "nobody looks any more")
+    wait_until(lambda: last("/rto9/looking") == [""], "nobody looks any more")

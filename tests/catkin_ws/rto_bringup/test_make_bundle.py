@@ -142,14 +142,14 @@ def test_the_key_is_made_once_shown_once_and_for_its_owner_only(bundle):
     assert refused.returncode == 1 and "chmod 600" in refused.stderr
 
 
-def test_the_drive_server_reports_to_a_pilot_with_the_key_beside_it(bundle, start, free_port, until_true):
+def test_the_drive_server_reports_to_a_pilot_with_the_key_beside_it(bundle, start, free_port, wait_until):
     port = port_of(start("drive", "--port", "0", "--robot", f"127.0.0.1:{free_port()}")[1])
     without = DriveLink(f"127.0.0.1:{port}")
-    until_true(lambda: "./stack pair 127.0.0.1" in without.problem, "who has no key learns what to type")
+    wait_until(lambda: "./stack pair 127.0.0.1" in without.problem, "who has no key learns what to type")
     without.close()
     link = DriveLink(f"127.0.0.1:{port}", RobotKey.read(bundle.with_name("robot.key")))
     try:
-        until_true(
+        wait_until(
             lambda: link.report()[0] is not None and link.report()[0].state == "fault", "the gate has no sensors"
         )
     finally:
@@ -163,11 +163,11 @@ def paired(bundle, tmp_path, monkeypatch):
     assert pair.main(["127.0.0.1", "--file", str(bundle.with_name("robot.key"))]) == 0
 
 
-def test_the_camera_sends_pictures(paired, start, until_true):
+def test_the_camera_sends_pictures(paired, start, wait_until):
     camera = WebrtcCamera(f"127.0.0.1:{port_of(start('camera', '--port', '0', '--source', 'test')[1])}")
     try:
         camera.want(True)
-        until_true(lambda: camera.received > 2, "pictures come")
+        wait_until(lambda: camera.received > 2, "pictures come")
     finally:
         camera.close()
 
@@ -178,11 +178,11 @@ def test_the_camera_also_sends_by_copy_and_paste(start):
     assert next(line for line in program.stdout if line.startswith("{")).endswith('"type": "offer"}\n')
 
 
-def test_the_sound_server_sends_what_the_microphone_picks_up(paired, start, until_true):
+def test_the_sound_server_sends_what_the_microphone_picks_up(paired, start, wait_until):
     port = port_of(start("sound", "--port", "0", "--microphone", "test", "--speaker", "none")[1])
     sound = RobotSound(f"127.0.0.1:{port}", lambda _frames: None).start()
     try:
-        until_true(lambda: sound.frames > 2, "sound comes")
+        wait_until(lambda: sound.frames > 2, "sound comes")
     finally:
         sound.close()
 

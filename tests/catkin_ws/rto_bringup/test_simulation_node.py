@@ -31,7 +31,7 @@ def ask(port, path, body=None):
         return answer.read()
 
 
-def test_truth_follows_the_robot_and_restart_puts_it_back(port, probe, until_true):
+def test_truth_follows_the_robot_and_restart_puts_it_back(port, probe, wait_until):
     probe.watch("/rto3/truth", "nav_msgs/Odometry", ["pose.pose.position.x", "header.frame_id", "child_frame_id"])
     start = probe.latest("/rto3/truth")
     assert start[1:] == ["world", "base_link"]
@@ -40,9 +40,9 @@ def test_truth_follows_the_robot_and_restart_puts_it_back(port, probe, until_tru
         ask(port, "/data/omnidrive", b"[0.3,0,0]")
         return probe.newest("/rto3/truth")[0] > start[0] + 0.1
 
-    until_true(moved, "the truth moves")
+    wait_until(moved, "the truth moves")
     assert probe.call("/rto3/restart_simulation", "std_srvs/Trigger", {})[0] is True
-    until_true(lambda: abs(probe.latest("/rto3/truth")[0] - start[0]) < 0.01, "the robot is back")
+    wait_until(lambda: abs(probe.latest("/rto3/truth")[0] - start[0]) < 0.01, "the robot is back")
     assert json.loads(ask(port, "/data/odometry"))[0] < 0.05
 
 

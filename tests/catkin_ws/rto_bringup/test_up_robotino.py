@@ -100,19 +100,19 @@ def test_a_normal_start_has_no_warning_and_ends_with_what_to_do(station):
     assert after_banner == "The window shows the first picture. Drive there. Ctrl-C ends all of it.\n"
 
 
-def test_the_window_shows_the_camera_by_webrtc(station, until_true):
+def test_the_window_shows_the_camera_by_webrtc(station, wait_until):
     def colours() -> int:
         left_half = grab(station.screen)[130:600:4, 40:660:4]
         return len(np.unique(left_half.reshape(-1, 3) // 16, axis=0))
 
-    until_true(lambda: colours() > 60, "a picture with many colours")
-    until_true(lambda: station.probe.newest("/rto3/camera_state") == ["live"], "the picture is live")
+    wait_until(lambda: colours() > 60, "a picture with many colours")
+    wait_until(lambda: station.probe.newest("/rto3/camera_state") == ["live"], "the picture is live")
     nodes = station.probe.nodes()
     assert {"/rto3/rto_camera_receiver", "/rto3/rto_drive_link"} <= set(nodes)
     assert "/rto3/safe_omni_drive" not in nodes, "one gate, on the robot"
 
 
-def test_the_pictures_age_is_measured_on_demand(station, graph, until_true):
+def test_the_pictures_age_is_measured_on_demand(station, graph, wait_until):
     port = station.ports["camera_port"]
     station.probe.watch("/picture_age", "std_msgs/Float32", ["data"])
     node = graph.run(
@@ -123,99 +123,99 @@ def test_the_pictures_age_is_measured_on_demand(station, graph, until_true):
     assert node.end() == 0
 
 
-def test_w_drives_and_its_release_stops(station, until_true):
-    until_true(lambda: station.safety() == "no command", "the gate on the robot is ready")
+def test_w_drives_and_its_release_stops(station, wait_until):
+    wait_until(lambda: station.safety() == "no command", "the gate on the robot is ready")
     begin = station.place()
     assert station.probe.newest("/rto3/careful") == ["on by default"]
     station.xdotool("mousemove", *HEADING, "click", "1")
     station.xdotool("keydown", "w")
     try:
-        until_true(lambda: math.dist(station.place(), begin) > 0.2, "the robot drives")
+        wait_until(lambda: math.dist(station.place(), begin) > 0.2, "the robot drives")
         # On a busy machine a scan may be late, and the robot stands for that moment.
-        until_true(lambda: station.safety() in ("clear", "limited"), "the gate lets it drive")
-        until_true(lambda: station.probe.newest("/rto3/safety")[4], "the gate on the robot sways the body")
+        wait_until(lambda: station.safety() in ("clear", "limited"), "the gate lets it drive")
+        wait_until(lambda: station.probe.newest("/rto3/safety")[4], "the gate on the robot sways the body")
         station.xdotool("mousemove", *CAREFUL, "click", "1")
-        until_true(lambda: station.probe.newest("/rto3/careful") == ["off"], "the window switches the careful scan off")
-        until_true(lambda: not station.probe.newest("/rto3/safety")[4], "the body sways no more")
+        wait_until(lambda: station.probe.newest("/rto3/careful") == ["off"], "the window switches the careful scan off")
+        wait_until(lambda: not station.probe.newest("/rto3/safety")[4], "the body sways no more")
     finally:
         station.xdotool("keyup", "w")
-    until_true(lambda: station.safety() == "no command", "nobody drives")
-    until_true(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
+    wait_until(lambda: station.safety() == "no command", "nobody drives")
+    wait_until(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
 
 
-def test_rto_teleop_drives_through_the_gate_on_the_robot(station, graph, until_true):
+def test_rto_teleop_drives_through_the_gate_on_the_robot(station, graph, wait_until):
     """As the guide types it: `rosrun rto_teleop rto_teleop_keyboard`."""
     keyboard = graph.workspace / "lib/rto_teleop/rto_teleop_keyboard"
     terminal = Terminal(str(keyboard), "_scale_linear:=4", env=station.environment)
     try:
-        until_true(lambda: "Hold a key" in terminal.seen, "it says what the keys do")
+        wait_until(lambda: "Hold a key" in terminal.seen, "it says what the keys do")
         assert "through the safety gate of /rto3/rto_drive_link" in terminal.seen
         begin = station.place()
-        until_true(lambda: terminal.type("s") or math.dist(station.place(), begin) > 0.1, "a held key drives")
+        wait_until(lambda: terminal.type("s") or math.dist(station.place(), begin) > 0.1, "a held key drives")
         processes.end(terminal.process, patience=10.0)
     finally:
         terminal.close()
-    until_true(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
+    wait_until(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
 
 
-def test_a_program_that_knows_no_gate_drives_through_it(station, graph, until_true):
+def test_a_program_that_knows_no_gate_drives_through_it(station, graph, wait_until):
     def fastest() -> float:
         return max((vx for _, (_, _, vx, *_) in station.probe.seen("/rto3/safety")), default=0.0)
 
     begin = station.place()
     station.probe.forget("/rto3/safety")
     with graph.run("rostopic", "pub", "-r", "10", "/rto3/cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.5}}"):
-        until_true(lambda: math.dist(station.place(), begin) > 0.1, "the robot drives")
-        until_true(lambda: fastest() > 0.0, "the gate says how fast")
+        wait_until(lambda: math.dist(station.place(), begin) > 0.1, "the robot drives")
+        wait_until(lambda: fastest() > 0.0, "the gate says how fast")
     assert fastest() <= 0.201, "the gate's speed"
-    until_true(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
+    wait_until(lambda: math.dist(station.place(), station.place()) < 1e-3, "the robot stands")
 
 
-def test_pilot_and_robot_talk_by_webrtc(station, until_true):
+def test_pilot_and_robot_talk_by_webrtc(station, wait_until):
     """Here without a sound card: the connection stands, and both ends say what they lack."""
     url = f"http://127.0.0.1:{station.ports['sound_port']}/sound"
-    until_true(lambda: json.load(urllib.request.urlopen(url, timeout=10))["pilots"] == 1, "the pilot is at the robot")
+    wait_until(lambda: json.load(urllib.request.urlopen(url, timeout=10))["pilots"] == 1, "the pilot is at the robot")
     assert "/rto3/rto_voice" in station.probe.nodes()
     answered, answer = station.probe.call("/rto3/voice/mute_microphone", "std_srvs/SetBool", {"data": True})
     assert answered and answer["success"] and answer["message"].startswith("you: ")
 
 
-def test_it_listens_where_the_table_of_sockets_says(station, until_true):
+def test_it_listens_where_the_table_of_sockets_says(station, wait_until):
     """While pictures and sound flow."""
     pid = station.program.process.pid
-    until_true(lambda: socket_table.agrees([pid], "robotino", station.ports), "sockets as in the table")
+    wait_until(lambda: socket_table.agrees([pid], "robotino", station.ports), "sockets as in the table")
 
 
-def test_stop_latches_on_the_robot_until_it_is_reset(station, until_true):
+def test_stop_latches_on_the_robot_until_it_is_reset(station, wait_until):
     call = station.probe.call
     assert call("/rto3/stop_drive", "std_srvs/Trigger", {})[1]["success"] is True
-    until_true(lambda: station.safety() == "stopped", "the gate on the robot is stopped")
+    wait_until(lambda: station.safety() == "stopped", "the gate on the robot is stopped")
     assert station.probe.newest("/rto3/safety")[3] == 72
     assert call("/rto3/reset_stop", "std_srvs/Trigger", {})[1]["success"] is True
-    until_true(lambda: station.safety() == "no command", "the stop is reset")
+    wait_until(lambda: station.safety() == "no command", "the stop is reset")
     assert call("/rto3/reset_bumper", "std_srvs/Trigger", {})[1]["success"] is True
 
 
-def test_a_stop_outlasts_the_drive_server(station, graph, until_true):
+def test_a_stop_outlasts_the_drive_server(station, graph, wait_until):
     """The one that roslaunch starts again knows nothing of it, until the robot's link tells it."""
     call = station.probe.call
     assert call("/rto3/stop_drive", "std_srvs/Trigger", {})[1]["success"] is True
     killed = set(station.drive_servers())
     for pid in killed:
         processes.send(pid, signal.SIGKILL)
-    until_true(lambda: set(station.drive_servers()) - killed, "another one starts")
+    wait_until(lambda: set(station.drive_servers()) - killed, "another one starts")
     station.probe.forget("/rto3/safety")
-    until_true(lambda: station.probe.newest("/rto3/safety")[0] == "stopped", "it is stopped, too")
+    wait_until(lambda: station.probe.newest("/rto3/safety")[0] == "stopped", "it is stopped, too")
     station.probe.watch("/rto3/safe_cmd_vel", "geometry_msgs/Twist", ["linear.x"])
     begin = station.place()
     with graph.run("rostopic", "pub", "-r", "20", "/rto3/safe_cmd_vel", "geometry_msgs/Twist", "{linear: {x: 0.2}}"):
-        until_true(lambda: len(station.probe.seen("/rto3/safe_cmd_vel")) > 20, "a program commands for a second")
+        wait_until(lambda: len(station.probe.seen("/rto3/safe_cmd_vel")) > 20, "a program commands for a second")
         assert math.dist(station.place(), begin) < 1e-3
     assert call("/rto3/reset_stop", "std_srvs/Trigger", {})[1]["success"] is True
-    until_true(lambda: station.safety() == "no command", "the stop is reset")
+    wait_until(lambda: station.safety() == "no command", "the stop is reset")
 
 
-def test_copy_and_paste_as_in_the_guide(station, graph, until_true):
+def test_copy_and_paste_as_in_the_guide(station, graph, wait_until):
     """A person carries a line from the sender's terminal to the receiver's, and one back."""
 
     def start(*argv: str) -> subprocess.Popen:
@@ -251,7 +251,7 @@ def test_copy_and_paste_as_in_the_guide(station, graph, until_true):
             program.stdout.close()
 
 
-def test_without_the_drive_server_nothing_is_free_and_the_pilot_knows(station, until_true):
+def test_without_the_drive_server_nothing_is_free_and_the_pilot_knows(station, wait_until):
     """roslaunch brings it back, as systemd does on a robot."""
 
     assert list(station.drive_servers())
@@ -262,18 +262,18 @@ def test_without_the_drive_server_nothing_is_free_and_the_pilot_knows(station, u
         state, reason = station.probe.latest("/rto3/safety")[:2]
         return state == "fault" and "drive server" in reason  # one that has just come back gives reasons of its own
 
-    until_true(is_told, "the pilot is told")
-    until_true(lambda: station.safety() == "no command", "it is back")
+    wait_until(is_told, "the pilot is told")
+    wait_until(lambda: station.safety() == "no command", "it is back")
 
 
-def test_nothing_is_left_after_the_next_start_when_all_of_it_is_killed(station, until_true):
+def test_nothing_is_left_after_the_next_start_when_all_of_it_is_killed(station, wait_until):
     """The next start begins with `sweep`; what is killed at once cannot clean up."""
     pid, folder, display = station.program.process.pid, station.screen.parent, station.screen / "number"
     number = display.read_text()
     assert folder.name.startswith(station_folder.PREFIX)
     for killed in (pid, *processes.descendants(pid)):
         processes.send(killed, signal.SIGKILL)
-    until_true(lambda: station.program.process.poll() is not None, "it is dead")
+    wait_until(lambda: station.program.process.poll() is not None, "it is dead")
     sweep = "from telepresence.station import station_folder; print(*station_folder.sweep(), sep='\\n')"
     answer = subprocess.run(
         [sys.executable, "-c", sweep], env=station.environment, capture_output=True, text=True, timeout=60

@@ -107,10 +107,10 @@ class Rig:
 
 
 @pytest.fixture(scope="module")
-def rig(graph, tmp_path_factory: pytest.TempPathFactory, until_true: Callable) -> Iterator[Rig]:
+def rig(graph, tmp_path_factory: pytest.TempPathFactory, wait_until: Callable) -> Iterator[Rig]:
     rig = Rig(graph, tmp_path_factory.mktemp("sound"))
     try:
-        until_true(lambda: rig.state() == LIVE, f"sound both ways; {rig.node.output}")
+        wait_until(lambda: rig.state() == LIVE, f"sound both ways; {rig.node.output}")
         yield rig
     finally:
         rig.close()
@@ -134,35 +134,35 @@ def test_both_sides_hear_each_other_at_once(rig: Rig) -> None:
         assert heard.worst >= 0.9, f"{name}: {heard}"
 
 
-def test_without_a_conversation_the_microphone_is_closed(rig: Rig, until_true: Callable) -> None:
+def test_without_a_conversation_the_microphone_is_closed(rig: Rig, wait_until: Callable) -> None:
     others = rig.server.listeners("pilot_mic.monitor") - 1  # the test's own
     rig.probe.call("/voice/conversation", "std_srvs/SetBool", {"data": False})
     try:
-        until_true(lambda: rig.server.listeners("pilot_mic.monitor") == others, "it is closed")
+        wait_until(lambda: rig.server.listeners("pilot_mic.monitor") == others, "it is closed")
     finally:
         rig.probe.call("/voice/conversation", "std_srvs/SetBool", {"data": True})
-    until_true(lambda: rig.hears_noise(), "sound both ways")
+    wait_until(lambda: rig.hears_noise(), "sound both ways")
 
 
-def test_a_robot_that_died_is_found_again(rig: Rig, until_true: Callable) -> None:
+def test_a_robot_that_died_is_found_again(rig: Rig, wait_until: Callable) -> None:
     rig.robot.kill()
-    until_true(lambda: rig.state() != LIVE, "the loss is told")
+    wait_until(lambda: rig.state() != LIVE, "the loss is told")
     rig.robot = rig.start_robot()
-    until_true(lambda: rig.state() == LIVE, "connected again")
-    until_true(lambda: rig.hears_noise(), "sound again")
+    wait_until(lambda: rig.state() == LIVE, "connected again")
+    wait_until(lambda: rig.hears_noise(), "sound again")
 
 
-def test_a_pilot_elsewhere_speaks_and_listens_by_topics(rig: Rig, until_true: Callable) -> None:
+def test_a_pilot_elsewhere_speaks_and_listens_by_topics(rig: Rig, wait_until: Callable) -> None:
     elsewhere = rig.graph.run(sys.executable, "-c", ELSEWHERE)
-    until_true(lambda: rig.ears["robot_speaker"].level(1.0) > 0.05, "the robot plays what is said elsewhere")
+    wait_until(lambda: rig.ears["robot_speaker"].level(1.0) > 0.05, "the robot plays what is said elsewhere")
     assert rig.state() == "you: elsewhere; robot: live"
-    until_true(lambda: rig.mouths["robot_mic"].say(sentence("Yes.")) or elsewhere.process.poll() == 0, "it is answered")
+    wait_until(lambda: rig.mouths["robot_mic"].say(sentence("Yes.")) or elsewhere.process.poll() == 0, "it is answered")
     assert "heard 48000 2" in elsewhere.output
-    until_true(lambda: rig.state() == LIVE, "the microphone here is the pilot's again")
+    wait_until(lambda: rig.state() == LIVE, "the microphone here is the pilot's again")
 
 
 def test_echo_cancellation_holds_the_microphone_only_while_there_is_a_conversation(
-    graph, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, until_true: Callable
+    graph, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wait_until: Callable
 ) -> None:
     server = SoundServer(tmp_path)  # of its own: PulseAudio moves the streams of others to the new microphone
     try:
@@ -173,10 +173,10 @@ def test_echo_cancellation_holds_the_microphone_only_while_there_is_a_conversati
             *(f"_server:=127.0.0.1:{graph.free_port()}", "_microphone:=pilot_mic.monitor", "_speaker:=pilot_speaker"),
         )
         probe = graph.probe()
-        until_true(lambda: server.listeners("pilot_mic.monitor") == 1, f"it is held; {node.output}")
+        wait_until(lambda: server.listeners("pilot_mic.monitor") == 1, f"it is held; {node.output}")
         for wanted in (False, True):
             assert probe.call("/echo/voice/conversation", "std_srvs/SetBool", {"data": wanted})[0]
-            until_true(lambda wanted=wanted: server.listeners("pilot_mic.monitor") == wanted, f"{wanted} {node.output}")
+            wait_until(lambda wanted=wanted: server.listeners("pilot_mic.monitor") == wanted, f"{wanted} {node.output}")
         assert node.end() == 0
         assert server.listeners("pilot_mic.monitor") == 0, "it is unloaded at the end"
     finally:

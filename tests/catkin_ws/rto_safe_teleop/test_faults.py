@@ -89,8 +89,8 @@ class Station(GatedStation):
 
 
 @pytest.fixture(scope="module")
-def whole_station(graph, until_true):
-    made = Station(graph, until_true)
+def whole_station(graph, wait_until):
+    made = Station(graph, wait_until)
     yield made
     made.proxy.close()
 
@@ -374,14 +374,14 @@ def test_a_stop_lasts_until_it_is_reset_and_the_controls_are_released(station):
     station.cruise()
 
 
-def test_a_master_that_dies_is_a_standing_robot_and_its_successor_knows_everybody(station, until_true):
+def test_a_master_that_dies_is_a_standing_robot_and_its_successor_knows_everybody(station, wait_until):
     station.cruise()
     station.graph.master.kill()
     stopped_within = station.time_to_stand(time.time())
     station.driver.wait_for("stopped: the ROS master does not answer")
     station.pilot.silence()
     station.graph.start_master()
-    station.join(until_true)
+    station.join(wait_until)
     station.until(lambda: station.drive_state.startswith("stopped"), "the driver is registered again")
     station.cruise()
     assert stopped_within < STOP_WITHIN  # last, so that the tests after this one have a master

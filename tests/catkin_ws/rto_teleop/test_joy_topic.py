@@ -34,12 +34,12 @@ def test_no_device_can_be_said_on_the_command_line(roslaunch_says):
 
 
 @pytest.mark.ros
-def test_it_drives_by_the_topic_of_joy_node(graph, until_true):
+def test_it_drives_by_the_topic_of_joy_node(graph, wait_until):
     probe = graph.probe()
     probe.watch("/rto3/cmd_vel", "geometry_msgs/Twist", ["linear.x"])
     with (
         graph.run(sys.executable, "-c", JOY_NODE),
         graph.run("roslaunch", "rto_teleop", "joystick.launch", "device:=none") as launch,
     ):
-        until_true(lambda: any(vx > 0.0 for _, (vx,) in probe.seen("/rto3/cmd_vel")), "the stick drives")
+        wait_until(lambda: any(vx > 0.0 for _, (vx,) in probe.seen("/rto3/cmd_vel")), "the stick drives")
         assert launch.end() == 0

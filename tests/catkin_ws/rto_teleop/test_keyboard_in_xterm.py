@@ -14,7 +14,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.x11]
 
 
 @pytest.fixture
-def keyboard(graph, until_true):
+def keyboard(graph, wait_until):
     """xdotool for the keyboard of a display that shows nothing but the program."""
     display = VirtualDisplay(640, 400)
     environment = {**graph.environment, **display.environment}
@@ -28,14 +28,14 @@ def keyboard(graph, until_true):
     yield xdotool
     family = processes.descendants(terminal.pid)
     processes.end(terminal, patience=5.0)
-    until_true(lambda: not {*family} & {*processes.descendants()}, "the program has ended with its terminal")
+    wait_until(lambda: not {*family} & {*processes.descendants()}, "the program has ended with its terminal")
     display.close()
 
 
-def test_two_held_keys_are_a_diagonal_and_each_ends_when_it_is_let_go(graph, keyboard, until_true):
+def test_two_held_keys_are_a_diagonal_and_each_ends_when_it_is_let_go(graph, keyboard, wait_until):
     probe = graph.probe()
     probe.watch("/rto3/cmd_vel", "geometry_msgs/Twist", ["linear.x", "linear.y", "angular.z"])
-    until_true(lambda: "/rto3/rto_teleop_keyboard" in probe.nodes(), "the program runs")
+    wait_until(lambda: "/rto3/rto_teleop_keyboard" in probe.nodes(), "the program runs")
 
     def driven() -> list[list[float]]:
         return [velocity for _, velocity in probe.seen("/rto3/cmd_vel")]
@@ -52,9 +52,9 @@ def test_two_held_keys_are_a_diagonal_and_each_ends_when_it_is_let_go(graph, key
             keyboard("keyup", "w")
             keyboard("keyup", "a")
 
-        press_until(press, release, until_true, lambda: driven()[-8:] == [velocity] * 8, what)
+        press_until(press, release, wait_until, lambda: driven()[-8:] == [velocity] * 8, what)
 
-    until_true(lambda: keyboard("key", "w") or driven(), "keys reach the program")
+    wait_until(lambda: keyboard("key", "w") or driven(), "keys reach the program")
     steps = ["keydown w"]
     drives(steps, [0.05, 0.0, 0.0], "W drives")
     steps += ["keydown a"]
@@ -62,4 +62,4 @@ def test_two_held_keys_are_a_diagonal_and_each_ends_when_it_is_let_go(graph, key
     steps += ["keyup a"]
     drives(steps, [0.05, 0.0, 0.0], "W alone drives on, though the terminal repeats no key any more")
     keyboard("keyup", "w")
-    until_true(lambda: driven()[-1] == [0.0, 0.0, 0.0], "the robot stops")
+    wait_until(lambda: driven()[-1] == [0.0, 0.0, 0.0], "the robot stops")

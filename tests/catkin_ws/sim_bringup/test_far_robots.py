@@ -126,14 +126,14 @@ class Far:
 
 
 @pytest.fixture(scope="module")
-def far(far_network, workspace_environment, tmp_path_factory, until_true):
+def far(far_network, workspace_environment, tmp_path_factory, wait_until):
     folder = tmp_path_factory.mktemp("far")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CONFIG_HOME", str(folder))  # the pilot's store of keys
         made = Far(far_network, {**workspace_environment, "XDG_CONFIG_HOME": str(folder)}, folder)
     try:
-        until_true(lambda: made.robotino.rows() and made.pepper.rows(), "both robots are watched")
-        until_true(lambda: made.pictures.read_text().count("---") > 5, "pictures cross the link")
+        wait_until(lambda: made.robotino.rows() and made.pepper.rows(), "both robots are watched")
+        wait_until(lambda: made.pictures.read_text().count("---") > 5, "pictures cross the link")
         yield made
     finally:
         made.close()
@@ -143,66 +143,66 @@ def both(far):
     return (far.robotino, far.pepper)
 
 
-def wait_for_motion(far, until_true) -> None:
+def wait_for_motion(far, wait_until) -> None:
     begin = [robot.heading() for robot in both(far)]
-    until_true(
+    wait_until(
         lambda: all(turned(robot.heading(), was) > 0.3 for robot, was in zip(both(far), begin, strict=True)),
         "both robots turn",
     )
 
 
-def seconds_to_stand(far, until_true, since: float, watched: float) -> float:
+def seconds_to_stand(far, wait_until, since: float, watched: float) -> float:
     """How long after `since` both robots stood, as far as could be seen within `watched` seconds."""
-    until_true(lambda: all(robot.rows()[-1][0] > since + watched for robot in both(far)), "later observations")
+    wait_until(lambda: all(robot.rows()[-1][0] > since + watched for robot in both(far)), "later observations")
     return max(robot.last_motion(since) for robot in both(far)) - since
 
 
-def test_drives_over_a_link_with_delay_and_loss_and_stops_when_let_go(far, until_true):
+def test_drives_over_a_link_with_delay_and_loss_and_stops_when_let_go(far, wait_until):
     far.network.delay, far.network.jitter, far.network.loss = 0.06, 0.02, 0.02
     tries: list[float] = []  # s
     while not any(seconds < 2.0 for seconds in tries):
         assert len(tries) < TRIES, f"they stand {tries} s after the release, whatever was on its way"
         far.drive()
-        wait_for_motion(far, until_true)
+        wait_for_motion(far, wait_until)
         far.let_go()
-        tries.append(seconds_to_stand(far, until_true, time.time(), 2.5))
+        tries.append(seconds_to_stand(far, wait_until, time.time(), 2.5))
 
 
-def test_a_cut_stops_both_within_a_second_and_its_end_lets_them_go_on(far, until_true):
+def test_a_cut_stops_both_within_a_second_and_its_end_lets_them_go_on(far, wait_until):
     far.network.delay = far.network.jitter = far.network.loss = 0.0
     far.drive()
     tries: list[float] = []  # s
     while not any(seconds < STOP_TIME + OBSERVED for seconds in tries):
         assert len(tries) < TRIES, f"they stand {tries} s after the cut"
-        wait_for_motion(far, until_true)
+        wait_for_motion(far, wait_until)
         far.network.cut = True
         try:
-            tries.append(seconds_to_stand(far, until_true, time.time(), 2.0))
+            tries.append(seconds_to_stand(far, wait_until, time.time(), 2.0))
             pictures = far.pictures.read_text().count("---")
         finally:
             far.network.cut = False
-    wait_for_motion(far, until_true)
-    until_true(lambda: far.pictures.read_text().count("---") > pictures + 5, "pictures go on by themselves")
+    wait_for_motion(far, wait_until)
+    wait_until(lambda: far.pictures.read_text().count("---") > pictures + 5, "pictures go on by themselves")
     far.let_go()
 
 
-def test_what_was_commanded_before_a_cut_drives_nobody_after_it(far, until_true):
+def test_what_was_commanded_before_a_cut_drives_nobody_after_it(far, wait_until):
     """The network delivers old commands when it is back; the pilot has left meanwhile."""
 
     def twitches() -> dict[str, float]:
         """How far each has turned after the end of a cut [rad]."""
         far.drive()
-        wait_for_motion(far, until_true)
+        wait_for_motion(far, wait_until)
         far.network.cut = True
         try:
             cut = time.time()
-            until_true(lambda: all(stands(robot, cut) for robot in both(far)), "both stand")
+            wait_until(lambda: all(stands(robot, cut) for robot in both(far)), "both stand")
             far.let_go()
             stand = [robot.heading() for robot in both(far)]
         finally:
             far.network.cut = False
         back = time.time()
-        until_true(lambda: all(robot.rows()[-1][0] > back + 4.0 for robot in both(far)), "time for what was held up")
+        wait_until(lambda: all(robot.rows()[-1][0] > back + 4.0 for robot in both(far)), "time for what was held up")
         moved = [turned(robot.heading(), heading) for robot, heading in zip(both(far), stand, strict=True)]
         return dict(zip(("Robotino", "Pepper"), moved, strict=True))
 

@@ -70,7 +70,7 @@ def test_an_address_where_no_master_can_be_is_named(graph, plain_python, uri, sa
     assert says in simulation.output and "Traceback" not in simulation.output
 
 
-def test_the_simulation_guides_lines_type_and_print_what_the_guide_quotes(graph, plain_python, until_true):
+def test_the_simulation_guides_lines_type_and_print_what_the_guide_quotes(graph, plain_python, wait_until):
     simulation = graph.run(*plain_python, "sim.py", "--terrain", "flat", "--port", "0")
     world = simulation.wait_for(r"Loading world: (\S+) \(flat terrain\)")[1]
     assert (ROOT / world).is_file(), "it names the file that is loaded"
@@ -85,10 +85,10 @@ def test_the_simulation_guides_lines_type_and_print_what_the_guide_quotes(graph,
     start = probe.latest("/body_state")
     controller = graph.run(*plain_python, "custom_controller.py")
     controller.wait_for(r"Robot at: \(-?\d+\.\d\d, -?\d+\.\d\d, -?\d+\.\d\d\)")
-    until_true(lambda: probe.latest("/body_state")[0] > start[0] + 0.1, "the controller walks forward")
+    wait_until(lambda: probe.latest("/body_state")[0] > start[0] + 0.1, "the controller walks forward")
     controller.signal(signal.SIGINT)
     assert controller.process.wait(20.0) == 0, controller.output
-    until_true(
+    wait_until(
         lambda: math.dist(probe.latest("/body_state"), probe.latest("/body_state")) < 0.002, "it stops at Ctrl-C"
     )
 

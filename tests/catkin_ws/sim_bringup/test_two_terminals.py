@@ -72,7 +72,7 @@ def xdotool(environment: dict[str, str], *words: object) -> str:
     return subprocess.run(argv, env=environment, capture_output=True, text=True, timeout=20.0).stdout
 
 
-def test_simulator_and_window_in_two_terminals_and_a_gamepad(graph, desk, hand, until_true):
+def test_simulator_and_window_in_two_terminals_and_a_gamepad(graph, desk, hand, wait_until):
     simulator, window, *others = tables()["The simulation guide: two terminals, and a third to look"]
     without_screen = {name: value for name, value in graph.environment.items() if name != "DISPLAY"}
 
@@ -84,7 +84,7 @@ def test_simulator_and_window_in_two_terminals_and_a_gamepad(graph, desk, hand, 
         typed(simulator, without_screen, "--port 0") as first,
         typed(window, desk, f"--gamepad {hand.path}") as second,
     ):
-        found = until_true(lambda: xdotool(desk, "search", "--onlyvisible", "--name", "^Telepresence"), "the window")
+        found = wait_until(lambda: xdotool(desk, "search", "--onlyvisible", "--name", "^Telepresence"), "the window")
         xdotool(desk, "windowfocus", "--sync", found.split()[0])
         for words in (("key", "ctrl+a"), ("type", "anna"), ("key", "Return"), ("type", PASSWORD), ("key", "Return")):
             xdotool(desk, *words)
@@ -94,19 +94,19 @@ def test_simulator_and_window_in_two_terminals_and_a_gamepad(graph, desk, hand, 
         start = probe.latest("/truth")
 
         hand.cross(1)
-        until_true(lambda: math.dist(probe.latest("/truth"), start) > 0.05, "up on the cross walks")
+        wait_until(lambda: math.dist(probe.latest("/truth"), start) > 0.05, "up on the cross walks")
         x, y = probe.latest("/truth")
         assert x - start[0] > 0.04 and abs(y - start[1]) < 0.03, "forward"
         with ThreadPoolExecutor(AT_ONCE) as hands:
             list(hands.map(type_it, others))
         farthest = probe.latest("/truth")
         hand.cross(-1)
-        until_true(lambda: math.dist(probe.latest("/truth"), farthest) > 0.05, "down walks back")
+        wait_until(lambda: math.dist(probe.latest("/truth"), farthest) > 0.05, "down walks back")
         hand.cross(0)
-        until_true(lambda: math.dist(probe.latest("/truth"), probe.latest("/truth")) < STILL, "released, it stops")
+        wait_until(lambda: math.dist(probe.latest("/truth"), probe.latest("/truth")) < STILL, "released, it stops")
 
         hand.button(RESTART, True)
         wait_for(second, "Button 0 pressed")
-        until_true(lambda: math.dist(probe.latest("/truth"), start) < 0.01, "button 0 puts it back to the start")
+        wait_until(lambda: math.dist(probe.latest("/truth"), start) < 0.01, "button 0 puts it back to the start")
     assert "Traceback" not in first.seen + second.seen
     assert not master_answers(graph.uri)

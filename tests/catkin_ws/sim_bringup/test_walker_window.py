@@ -19,8 +19,8 @@ pytestmark = [pytest.mark.ros, pytest.mark.x11]
 class Station:
     """The launched walker with its window on a display, and a hand on the keys."""
 
-    def __init__(self, graph, display, until_true) -> None:
-        self.until = until_true
+    def __init__(self, graph, display, wait_until) -> None:
+        self.until = wait_until
         graph.environment.update(display.environment, TELEPRESENCE_SETTINGS="none")
         self._environment = graph.environment
         walker = str(ROOT / "launch" / "walker.launch")
@@ -53,9 +53,9 @@ class Station:
 
 
 @pytest.fixture(scope="module")
-def station(graph, until_true):
+def station(graph, wait_until):
     display = VirtualDisplay()
-    station = Station(graph, display, until_true)
+    station = Station(graph, display, wait_until)
     try:
         station.launch.wait_for("The window shows the first picture")
         yield station
@@ -64,28 +64,28 @@ def station(graph, until_true):
         display.close()
 
 
-def test_the_window_shows_picture_and_body_and_w_and_s_walk(station, until_true):
+def test_the_window_shows_picture_and_body_and_w_and_s_walk(station, wait_until):
     for topic in ("/robot_camera", "/body_state"):
         subscribers = station.run("rostopic", "info", topic).partition("Subscribers")[2]
         assert "/gui_ros_node" in subscribers, topic
     start = station.place()
     station.forget_commands()
     press, release = (lambda: station.key("keydown", "w")), (lambda: station.key("keyup", "w"))
-    press_until(press, release, until_true, lambda: station.place()[0] > start[0] + 0.05, "W walks forward")
+    press_until(press, release, wait_until, lambda: station.place()[0] > start[0] + 0.05, "W walks forward")
     release()
     station.freezes()
     sent = station.commands()
     assert set(sent) == {1, 0} and sent[-1] == 0 and sent.count(1) > 5, "forward while held, stop at the release"
     station.key("keydown", "s")
-    until_true(lambda: 2 in station.commands(), "S walks backward")
+    wait_until(lambda: 2 in station.commands(), "S walks backward")
     station.key("keyup", "s")
     station.freezes()
 
 
-def test_the_red_stop_holds_against_a_program_until_it_is_let_go(station, until_true):
+def test_the_red_stop_holds_against_a_program_until_it_is_let_go(station, wait_until):
     station.forget_commands()
     station.key("key", "Escape")
-    until_true(lambda: station.commands().count(0) > 2, "the stop is repeated")
+    wait_until(lambda: station.commands().count(0) > 2, "the stop is repeated")
 
     def way() -> float:
         """Metres for one order of the program."""
@@ -93,7 +93,7 @@ def test_the_red_stop_holds_against_a_program_until_it_is_let_go(station, until_
         begin = station.place()
         station.probe.order("/movement_command", 1)
         station.forget_commands()
-        until_true(lambda: station.commands().count(0) > 5, "against the program, too")
+        wait_until(lambda: station.commands().count(0) > 5, "against the program, too")
         return math.dist(begin, station.place())
 
     # A window that is held up for a moment repeats no stop.
@@ -101,12 +101,12 @@ def test_the_red_stop_holds_against_a_program_until_it_is_let_go(station, until_
     station.key("key", "shift+Escape")
     station.forget_commands()
     station.key("keydown", "w")
-    until_true(lambda: 1 in station.commands(), "it is let go")
+    wait_until(lambda: 1 in station.commands(), "it is let go")
     station.key("keyup", "w")
     station.freezes()
 
 
-def test_what_a_window_only_reports_moves_nothing(station, until_true):
+def test_what_a_window_only_reports_moves_nothing(station, wait_until):
     """The windows of Pepper and Robotino say here what they do; lease and gate decide about their velocities."""
     station.freezes()
     begin = station.place()
@@ -114,6 +114,6 @@ def test_what_a_window_only_reports_moves_nothing(station, until_true):
     window = station.make_probe()  # a node has one publisher for a topic, which reports or commands
     for _ in range(3):
         window.report("/movement_command", 1)
-    until_true(lambda: station.commands() == [1, 1, 1], "everybody sees the reports")
+    wait_until(lambda: station.commands() == [1, 1, 1], "everybody sees the reports")
     station.freezes()
     assert math.dist(begin, station.place()) < 0.005

@@ -10,19 +10,11 @@ import pytest
 from telepresence_1 import camera as camera_module
 from telepresence_1.camera import Camera, CameraStatus, State
 from telepresence_1.camera_sources import SourceError, open_source
+from waiting import wait_until
 
 from telepresence.video.images import LatestImage
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream
 from telepresence.web.server import WebServer
-
-
-def eventually(condition: Callable[[], bool], timeout: float = 30.0) -> bool:
-    deadline = time.monotonic() + timeout
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.01)
-    return True
 
 
 def decoded(camera: Camera) -> np.ndarray:
@@ -52,7 +44,7 @@ def video(tmp_path) -> str:
 
 def test_a_test_card_is_live_at_the_wanted_rate() -> None:
     with Camera("test", rate=40.0) as camera:
-        assert eventually(lambda: 15 < camera.status.rate < 42)
+        wait_until(lambda: 15 < camera.status.rate < 42)
         assert camera.status.state is State.LIVE
         assert (camera.status.width, camera.status.height) == (640, 480)
         assert decoded(camera).shape == (480, 640, 3)
@@ -61,15 +53,15 @@ def test_a_test_card_is_live_at_the_wanted_rate() -> None:
 def test_a_video_is_repeated_for_ever(video: str) -> None:
     with Camera(video) as camera:
         for _ in range(2):
-            assert eventually(lambda: shows(camera, (0, 0, 255)))
-            assert eventually(lambda: shows(camera, (255, 0, 0)))
+            wait_until(lambda: shows(camera, (0, 0, 255)))
+            wait_until(lambda: shows(camera, (255, 0, 0)))
         assert camera.status.state is State.LIVE and camera.status.losses == 0
 
 
 def test_a_picture_from_elsewhere_is_shown_in_place_of_the_source_s(monkeypatch: pytest.MonkeyPatch, jpeg) -> None:
     monkeypatch.setattr("telepresence_1.camera.ELSEWHERE_LIFE", 3.0)
     with Camera("test", rate=50.0) as camera:
-        assert eventually(lambda: camera.status.state is State.LIVE)
+        wait_until(lambda: camera.status.state is State.LIVE)
         camera.show(jpeg((0, 200, 0), 320, 240), 1.0)
         assert shows(camera, (0, 200, 0)) and camera.image.peek().stamp == 1.0
         assert (camera.status.source, camera.status.width) == ("elsewhere", 320)
@@ -80,8 +72,8 @@ def test_a_picture_from_elsewhere_is_shown_in_place_of_the_source_s(monkeypatch:
             with pytest.raises(ValueError, match="no picture"):
                 camera.show(nonsense, 3.0)
         assert (decoded(camera) == covered).all()
-        assert eventually(lambda: camera.status.source == "test" and decoded(camera).shape == (480, 640, 3))
-        assert eventually(lambda: camera.image.peek().stamp > 3.0)
+        wait_until(lambda: camera.status.source == "test" and decoded(camera).shape == (480, 640, 3))
+        wait_until(lambda: camera.image.peek().stamp > 3.0)
 
 
 def test_the_source_is_open_only_while_it_is_wanted(monkeypatch: pytest.MonkeyPatch, jpeg) -> None:
@@ -105,22 +97,23 @@ def test_the_source_is_open_only_while_it_is_wanted(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("telepresence_1.camera.ELSEWHERE_LIFE", 0.3)
     with Camera("0", wanted=False) as camera:
         for number in (1, 2):
-            assert eventually(lambda: camera.image.peek() is not None)
+            wait_until(lambda: camera.image.peek() is not None)
             first = camera.image.peek().sequence
-            assert eventually(lambda first=first: camera.image.peek().sequence > first + 2), "its notice is a stream"
+            wait_until(lambda first=first: camera.image.peek().sequence > first + 2, "its notice is a stream")
             assert len(opened) == len(closed) == number - 1 and camera.status.text == "Camera off"
             camera.film(True)
-            assert eventually(lambda: shows(camera, (0, 200, 0))) and camera.status.state is State.LIVE
+            wait_until(lambda: shows(camera, (0, 200, 0)))
+            assert camera.status.state is State.LIVE
             seen: list[tuple[int, ...]] = []
             listener = lambda: seen.append(tuple(decoded(camera).mean(axis=(0, 1))))  # noqa: B023, E731
             camera.film(False)
             camera.image.add_listener(listener)
-            assert eventually(lambda seen=seen: len(closed) == len(opened) and len(seen) > 3)
+            wait_until(lambda seen=seen: len(closed) == len(opened) and len(seen) > 3)
             camera.image.remove_listener(listener)
             assert not any(abs(np.array(one) - (0, 200, 0)).max() < 12 for one in seen)
         camera.show(jpeg((200, 0, 0)), 1.0)
         assert shows(camera, (0, 0, 200)) and camera.status.source == "elsewhere"
-        assert eventually(lambda: camera.status.text == "Camera off" and not shows(camera, (0, 0, 200)))
+        wait_until(lambda: camera.status.text == "Camera off" and not shows(camera, (0, 0, 200)))
     assert len(opened) == len(closed) == 2
 
 
@@ -128,7 +121,7 @@ def test_a_still_picture_is_a_source(tmp_path, caplog: pytest.LogCaptureFixture)
     path = str(tmp_path / "still.png")
     cv2.imwrite(path, np.full((1000, 2000, 3), (0, 200, 0), np.uint8))
     with Camera(path) as camera:
-        assert eventually(lambda: shows(camera, (0, 200, 0)))
+        wait_until(lambda: shows(camera, (0, 200, 0)))
         assert decoded(camera).shape == (320, 640, 3), "scaled to fit"
     assert "failed" not in caplog.text, "it is let go without a complaint"
 
@@ -148,21 +141,21 @@ def test_a_missing_source_says_what_is_wrong(source: str, complaint: str) -> Non
     with pytest.raises(SourceError, match=complaint):
         open_source(source, 640, 480, 30.0)
     with Camera(source) as camera:
-        assert eventually(lambda: camera.status.state is State.LOST)
+        wait_until(lambda: camera.status.state is State.LOST)
         assert complaint in camera.status.text
         first = camera.image.peek().sequence
-        assert eventually(lambda: camera.image.peek().sequence > first + 2), "the notice is a stream of its own"
+        wait_until(lambda: camera.image.peek().sequence > first + 2, "the notice is a stream of its own")
         assert decoded(camera).shape == (480, 640, 3)
 
 
 def test_a_camera_that_is_plugged_in_later_is_found(tmp_path) -> None:
     path = tmp_path / "camera.png"
     with Camera(str(path)) as camera:
-        assert eventually(lambda: camera.status.state is State.LOST)
+        wait_until(lambda: camera.status.state is State.LOST)
         beside = tmp_path / "beside.png"
         cv2.imwrite(str(beside), np.full((48, 64, 3), (10, 200, 10), np.uint8))
         beside.rename(path)
-        assert eventually(lambda: shows(camera, (10, 200, 10)))
+        wait_until(lambda: shows(camera, (10, 200, 10)))
         assert camera.status.state is State.LIVE
 
 
@@ -220,15 +213,15 @@ def network_camera() -> Iterator[NetworkCamera]:
 def test_survives_being_unplugged_and_plugged_in_again(network_camera: NetworkCamera) -> None:
     changes: list[CameraStatus] = []
     with Camera(network_camera.url, on_change=changes.append) as camera:
-        assert eventually(lambda: shows(camera, (0, 0, 200)))
+        wait_until(lambda: shows(camera, (0, 0, 200)))
         for losses, colour in ((1, (0, 200, 0)), (2, (200, 0, 0))):
             network_camera.unplug()
-            assert eventually(lambda: camera.status.state is State.LOST)
+            wait_until(lambda: camera.status.state is State.LOST)
             assert network_camera.url in camera.status.text
             assert camera.status.losses == losses
             network_camera.paint(colour)
             network_camera.plug()
-            assert eventually(lambda colour=colour: shows(camera, colour))
+            wait_until(lambda colour=colour: shows(camera, colour))
     states = [change.state for change in changes]
     assert states == [State.LIVE, State.LOST, State.LIVE, State.LOST, State.LIVE]
 
@@ -242,7 +235,7 @@ def test_pauses_grow_between_attempts(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(camera_module, "open_source", refuse)
     with Camera("0"):
-        assert eventually(lambda: len(attempts) >= 5)
+        wait_until(lambda: len(attempts) >= 5)
     pauses = np.diff(attempts)
     assert (pauses[:4] >= (0.045, 0.095, 0.19, 0.19)).all()
 
@@ -253,16 +246,16 @@ def test_a_bug_in_a_source_does_not_end_the_stream(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(camera_module, "open_source", fail)
     with Camera("0") as camera:
-        assert eventually(lambda: camera.status.state is State.LOST)
+        wait_until(lambda: camera.status.state is State.LOST)
         monkeypatch.undo()
         monkeypatch.setattr(camera_module, "open_source", lambda *_: open_source("test", 64, 48, 30.0))
-        assert eventually(lambda: camera.status.state is State.LIVE)
+        wait_until(lambda: camera.status.state is State.LIVE)
 
 
 def test_closing_ends_the_thread_whatever_the_source() -> None:
     for source in ("test", "0"):
         with Camera(source) as camera:
-            assert eventually(lambda camera=camera: camera.image.peek() is not None)
+            wait_until(lambda camera=camera: camera.image.peek() is not None)
         assert "camera" not in {thread.name for thread in threading.enumerate()}
 
 
@@ -270,6 +263,6 @@ def test_the_quality_decides_the_size() -> None:
     sizes = []
     for quality in (30, 80, 95):
         with Camera("test", quality=quality) as camera:
-            assert eventually(lambda camera=camera: camera.status.state is State.LIVE)
+            wait_until(lambda camera=camera: camera.status.state is State.LIVE)
             sizes.append(len(camera.image.peek().content))
     assert sizes[0] < sizes[1] < sizes[2] < 150_000

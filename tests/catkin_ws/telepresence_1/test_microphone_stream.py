@@ -108,60 +108,60 @@ def ear(naoqi, device) -> Iterator[Ear]:
 
 
 @pytest.mark.parametrize("faults", [["refused"] * 3, ["lost"] * 2, ["unanswered"]], ids=lambda faults: faults[0])
-def test_unsubscribing_is_repeated_until_the_robot_has_done_it(device, ear, until_true, faults) -> None:
-    until_true(lambda: ear.blocks, "the robot is heard")
+def test_unsubscribing_is_repeated_until_the_robot_has_done_it(device, ear, wait_until, faults) -> None:
+    wait_until(lambda: ear.blocks, "the robot is heard")
     device.next["unsubscribe"] = list(faults)
     ear.stream.wanted = False
-    until_true(lambda: not device.next["unsubscribe"], "the faults have happened")
-    until_true(lambda: not device.subscribed, "the robot streams no more")
-    until_true(lambda: not ear.stream._left, "and is asked no more")
+    wait_until(lambda: not device.next["unsubscribe"], "the faults have happened")
+    wait_until(lambda: not device.subscribed, "the robot streams no more")
+    wait_until(lambda: not ear.stream._left, "and is asked no more")
     ear.stream.wanted = True
     ear.blocks.clear()
-    until_true(lambda: ear.blocks, "the robot is heard again")
+    wait_until(lambda: ear.blocks, "the robot is heard again")
 
 
-def test_a_subscription_without_an_answer_does_not_double_the_sound(device, ear, until_true) -> None:
-    until_true(lambda: ear.blocks, "the robot is heard")
+def test_a_subscription_without_an_answer_does_not_double_the_sound(device, ear, wait_until) -> None:
+    wait_until(lambda: ear.blocks, "the robot is heard")
     ear.stream.wanted = False
-    until_true(lambda: not device.subscribed, "nobody listens")
+    wait_until(lambda: not device.subscribed, "nobody listens")
     device.next = {"subscribe": ["unanswered"], "unsubscribe": ["lost"] * 2}
     ear.stream.wanted = True
-    until_true(lambda: device.subscribed, "it is subscribed and does not answer")
+    wait_until(lambda: device.subscribed, "it is subscribed and does not answer")
     old = device.subscribed[0]
-    until_true(lambda: len(device.subscribed) == 2, "a new name is subscribed")
+    wait_until(lambda: len(device.subscribed) == 2, "a new name is subscribed")
     new = device.subscribed[1]
-    until_true(lambda: ear.stream.problem is None, "the robot is heard")
+    wait_until(lambda: ear.stream.problem is None, "the robot is heard")
     ear.send(old, 2)
     ear.send(new, 3)
     assert 3 in ear.blocks and 2 not in ear.blocks
-    until_true(lambda: device.subscribed == [new], "the old name is unsubscribed")
+    wait_until(lambda: device.subscribed == [new], "the old name is unsubscribed")
 
 
-def test_closing_leaves_no_subscription(device, ear, until_true) -> None:
-    until_true(lambda: ear.blocks, "the robot is heard")
+def test_closing_leaves_no_subscription(device, ear, wait_until) -> None:
+    wait_until(lambda: ear.blocks, "the robot is heard")
     assert device.subscribed[0].startswith(f"PilotsEars{os.getpid()}_")
     ear.stream.close()
-    until_true(lambda: not device.subscribed, "the robot streams no more")
+    wait_until(lambda: not device.subscribed, "the robot streams no more")
 
 
-def test_nothing_stays_registered_that_is_not_subscribed(device, ear, until_true) -> None:
-    until_true(lambda: ear.blocks, "the robot is heard")
+def test_nothing_stays_registered_that_is_not_subscribed(device, ear, wait_until) -> None:
+    wait_until(lambda: ear.blocks, "the robot is heard")
     for _ in range(3):
         ear.stream.wanted = False
-        until_true(lambda: not ear.registered(), "the robot is told that the service has ended")
+        wait_until(lambda: not ear.registered(), "the robot is told that the service has ended")
         ear.stream.wanted = True
-        until_true(lambda: ear.stream.problem is None, "the robot is heard again")
+        wait_until(lambda: ear.stream.problem is None, "the robot is heard again")
     assert ear.registered() == device.subscribed
 
 
-def test_a_robot_that_refuses_is_asked_less_often_and_keeps_no_service(device, ear, until_true) -> None:
-    until_true(lambda: ear.blocks, "the robot is heard")
+def test_a_robot_that_refuses_is_asked_less_often_and_keeps_no_service(device, ear, wait_until) -> None:
+    wait_until(lambda: ear.blocks, "the robot is heard")
     ear.stream.wanted = False
-    until_true(lambda: not device.subscribed, "nobody listens")
+    wait_until(lambda: not device.subscribed, "nobody listens")
     device.asked.clear()
     device.next["subscribe"] = ["refused"] * 3
     ear.stream.wanted = True
-    until_true(lambda: ear.stream.problem is None, "the robot is heard after three refusals")
+    wait_until(lambda: ear.stream.problem is None, "the robot is heard after three refusals")
     pauses = [later - earlier for earlier, later in itertools.pairwise(device.asked)]
     assert len(pauses) == 3 and pauses[0] >= FIRST_PAUSE and pauses[2] >= 4 * FIRST_PAUSE
     assert ear.registered() == device.subscribed

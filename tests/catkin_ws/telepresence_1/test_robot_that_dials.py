@@ -28,14 +28,14 @@ PORT = 9561
 class Machines:
     """A robot's machine, on which the robot runs, and a pilot's, on which `listen` starts a program."""
 
-    def __init__(self, environment: dict[str, str], words: tuple[str, ...], until_true: Callable) -> None:
+    def __init__(self, environment: dict[str, str], words: tuple[str, ...], wait_until: Callable) -> None:
         self._environment = environment
         self.robot, self.pilot = Machine(), Machine()
         connect(self.robot, self.pilot, "wire", (ROBOT, PILOT))
         self.robot.run("ip", "addr", "add", f"{STRANGER}/24", "dev", "wire", check=True)
         command = self.robot.command(sys.executable, *words)
         self._program = processes.start(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        until_true(lambda: "listening on" in self._program.stdout.readline(), "the robot answers")
+        wait_until(lambda: "listening on" in self._program.stdout.readline(), "the robot answers")
         self._pilots: list[Caller] = []
 
     def listen(self, url: str) -> Caller:
@@ -54,8 +54,8 @@ class Machines:
 
 
 @pytest.fixture
-def machines(request: pytest.FixtureRequest, workspace_environment, until_true: Callable) -> Iterator[Machines]:
-    made = Machines(workspace_environment, getattr(request, "param", SIMULATED), until_true)
+def machines(request: pytest.FixtureRequest, workspace_environment, wait_until: Callable) -> Iterator[Machines]:
+    made = Machines(workspace_environment, getattr(request, "param", SIMULATED), wait_until)
     yield made
     made.close()
 
@@ -71,9 +71,9 @@ def said_to(place: tuple[str, int], machine: Machine, source: str) -> bytes:
 
 
 @pytest.mark.parametrize("machines", [SIMULATED, VENDORS], ids=["simulated", "vendor's"], indirect=True)
-def test_the_robot_connects_and_is_heard_and_nobody_else_may_connect(machines, until_true) -> None:
+def test_the_robot_connects_and_is_heard_and_nobody_else_may_connect(machines, wait_until) -> None:
     pilot = machines.listen("")
-    until_true(lambda: pilot.blocks() > 5, "the robot is heard")
+    wait_until(lambda: pilot.blocks() > 5, "the robot is heard")
     url = pilot.listens_at()
     place = PILOT, int(url.rpartition(":")[2])
     assert url == f"tcp://{PILOT}:{place[1]}", "not on all addresses"
@@ -85,32 +85,32 @@ def test_the_robot_connects_and_is_heard_and_nobody_else_may_connect(machines, u
         with pytest.raises(TimeoutError):  # it may speak, though not for long
             other_program.recv(100)
     heard = pilot.blocks()
-    until_true(lambda: pilot.blocks() > heard + 5, "the sound goes on")
+    wait_until(lambda: pilot.blocks() > heard + 5, "the sound goes on")
 
 
-def test_a_port_that_was_chosen_is_used_again_and_again(machines, until_true) -> None:
+def test_a_port_that_was_chosen_is_used_again_and_again(machines, wait_until) -> None:
     pilot = machines.listen(f"tcp://0.0.0.0:{PORT}")
     for _ in range(2):
         heard = pilot.blocks()
-        until_true(lambda heard=heard: pilot.blocks() > heard + 5, "the robot is heard")
+        wait_until(lambda heard=heard: pilot.blocks() > heard + 5, "the robot is heard")
         assert pilot.listens_at() == f"tcp://{PILOT}:{PORT}"
         machines.robot.run("ip", "link", "set", "wire", "down", check=True)
-        until_true(lambda: not pilot.listens_at(), "the link is lost, and nothing listens")
+        wait_until(lambda: not pilot.listens_at(), "the link is lost, and nothing listens")
         machines.robot.run("ip", "link", "set", "wire", "up", check=True)
 
 
-def test_a_firewall_in_the_way_is_named(machines, until_true) -> None:
+def test_a_firewall_in_the_way_is_named(machines, wait_until) -> None:
     rule = f"table inet closed {{ chain in {{ type filter hook input priority 0; tcp dport {PORT} reject; }}; }}"
     assert machines.pilot.run("nft", rule) == ""
     pilot = machines.listen(f"tcp://0.0.0.0:{PORT}")
-    until_true(lambda: "find service" in pilot.problem(), "the robot refuses")
+    wait_until(lambda: "find service" in pilot.problem(), "the robot refuses")
     assert f"tcp://{PILOT}:{PORT}" in pilot.problem() and "firewall" in pilot.problem()
     machines.pilot.run("nft", "delete", "table", "inet", "closed", check=True)
-    until_true(lambda: pilot.blocks() > 5, "the robot is heard")
+    wait_until(lambda: pilot.blocks() > 5, "the robot is heard")
 
 
-def test_without_a_way_for_the_robot_that_is_told(machines, until_true) -> None:
+def test_without_a_way_for_the_robot_that_is_told(machines, wait_until) -> None:
     pilot = machines.listen("tcp://127.0.0.1:0")
-    until_true(lambda: "find service" in pilot.problem(), "the robot refuses")
+    wait_until(lambda: "find service" in pilot.problem(), "the robot refuses")
     assert "nothing listens" in pilot.problem() and "qi_listen_url" in pilot.problem()
     assert machines.pilot.run("ss", "-Hltn") == ""

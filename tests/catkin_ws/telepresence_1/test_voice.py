@@ -106,10 +106,10 @@ def _tone(samples: np.ndarray, frequency: float) -> float:
 
 
 @pytest.fixture(scope="module")
-def rig(graph, tmp_path_factory: pytest.TempPathFactory, until_true: Callable) -> Iterator[Rig]:
+def rig(graph, tmp_path_factory: pytest.TempPathFactory, wait_until: Callable) -> Iterator[Rig]:
     rig = Rig(graph, tmp_path_factory.mktemp("sound"))
     try:
-        until_true(lambda: rig.state() == "you: live; robot: live", f"sound both ways; {rig.node.output}")
+        wait_until(lambda: rig.state() == "you: live; robot: live", f"sound both ways; {rig.node.output}")
         yield rig
     finally:
         rig.close()
@@ -151,7 +151,7 @@ def test_both_sides_hear_each_other_at_once(rig: Rig, record_property: Callable)
 
 
 @pytest.mark.alone
-def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Callable) -> None:
+def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, wait_until: Callable) -> None:
     probe = rig.probe
 
     def switch(service: str, on: bool) -> str:
@@ -164,9 +164,9 @@ def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Call
         begin = time.monotonic()
         tone = (0.3 * np.sin(2 * np.pi * 500.0 * np.arange(RATE // 2) / RATE)).astype(np.float32)
         rig.mouth.say(tone)
-        until_true(lambda: rig.said.level(0.1) > 0.05, "somebody speaks")
+        wait_until(lambda: rig.said.level(0.1) > 0.05, "somebody speaks")
         if metered:
-            until_true(lambda: -25.0 < probe.newest("/voice/levels")[0][0] < -8.0, "the meter shows it")
+            wait_until(lambda: -25.0 < probe.newest("/voice/levels")[0][0] < -8.0, "the meter shows it")
         time.sleep(within)
         return _tone(rig.at_robot.between(begin, time.monotonic()), 500.0)
 
@@ -174,12 +174,12 @@ def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Call
     try:
         assert heard() < 0.005, "a muted microphone is heard"
         assert switch("talk", True).startswith("you: talking")
-        until_true(lambda: heard(3.0) > 0.02, "the talk button opens a muted microphone")
+        wait_until(lambda: heard(3.0) > 0.02, "the talk button opens a muted microphone")
         assert switch("talk", False).startswith("you: muted")
         for _ in range(2):
             switch("talk", True)
-        until_true(lambda: probe.newest("/voice/state")[0].startswith("you: talking"), "somebody holds it")
-        until_true(
+        wait_until(lambda: probe.newest("/voice/state")[0].startswith("you: talking"), "somebody holds it")
+        wait_until(
             lambda: probe.newest("/voice/state") == ["you: muted; robot: live"], "whoever held the button is gone"
         )
     finally:
@@ -189,30 +189,30 @@ def test_muted_is_silent_and_the_talk_button_opens_it(rig: Rig, until_true: Call
     assert switch("mute_speaker", True) == "you: live; robot: muted"
     begin = time.monotonic()
     rig.person_says((0.3 * np.sin(2 * np.pi * 700.0 * np.arange(RATE // 2) / RATE)).astype(np.float32))
-    until_true(lambda: probe.newest("/voice/levels")[0][1] > -25.0, "the robot's meter moves")
+    wait_until(lambda: probe.newest("/voice/levels")[0][1] > -25.0, "the robot's meter moves")
     assert _tone(rig.at_pilot.between(begin, time.monotonic()), 700.0) < 0.005, "a muted loudspeaker is heard"
     assert switch("conversation", False) == "no conversation"
     try:
         assert heard(metered=False) < 0.005, "a microphone is heard without a conversation"
     finally:
         switch("conversation", True)
-    until_true(lambda: rig.state() == "you: live; robot: muted", "what was muted before is muted again")
+    wait_until(lambda: rig.state() == "you: live; robot: muted", "what was muted before is muted again")
     assert switch("mute_speaker", False) == "you: live; robot: live"
 
 
-def test_without_a_conversation_no_microphone_is_open(rig: Rig, until_true: Callable) -> None:
+def test_without_a_conversation_no_microphone_is_open(rig: Rig, wait_until: Callable) -> None:
     others = rig.server.listeners("pilot_mic.monitor") - 1  # the test's own
     assert rig.robots_listeners() == 1
     rig.probe.call("/voice/conversation", "std_srvs/SetBool", {"data": False})
     try:
-        until_true(lambda: rig.server.listeners("pilot_mic.monitor") == others, "the pilot's microphone is closed")
-        until_true(lambda: rig.robots_listeners() == 0, "nor does the robot send what is said beside it")
+        wait_until(lambda: rig.server.listeners("pilot_mic.monitor") == others, "the pilot's microphone is closed")
+        wait_until(lambda: rig.robots_listeners() == 0, "nor does the robot send what is said beside it")
     finally:
         begin = time.monotonic()
         rig.probe.call("/voice/conversation", "std_srvs/SetBool", {"data": True})
-    until_true(lambda: rig.server.listeners("pilot_mic.monitor") == others + 1, "the microphone is open again")
+    wait_until(lambda: rig.server.listeners("pilot_mic.monitor") == others + 1, "the microphone is open again")
     print(f"open {time.monotonic() - begin:.2f} s after the conversation has begun")
-    until_true(lambda: rig.both_hear(650.0), "sound both ways")
+    wait_until(lambda: rig.both_hear(650.0), "sound both ways")
 
 
 class Player:
@@ -237,35 +237,35 @@ class Player:
         return False
 
 
-def test_what_is_muted_does_not_reach_a_player_on_another_machine(rig: Rig, until_true: Callable) -> None:
+def test_what_is_muted_does_not_reach_a_player_on_another_machine(rig: Rig, wait_until: Callable) -> None:
     player = Player()
     node = rig.graph.run_node(
         *("telepresence_1", "voice", "__ns:=/far", "_microphone:=none", "_speaker:=none"),
         *(f"_rtp_host:={player.HOST}", f"_rtp_port:={player.port}"),
     )
     try:
-        until_true(lambda: player.gets_any(0.2), f"the robot's sound; {node.output}")
+        wait_until(lambda: player.gets_any(0.2), f"the robot's sound; {node.output}")
         for service, silent in (("mute_speaker", True), ("conversation", False)):
             assert rig.probe.call(f"/far/voice/{service}", "std_srvs/SetBool", {"data": silent})[0]
-            until_true(lambda: not player.gets_any(0.5), f"{service}: what was under way has come")
+            wait_until(lambda: not player.gets_any(0.5), f"{service}: what was under way has come")
             assert not player.gets_any(2.0), service
             assert rig.robots_listeners() == 1, "the robot sends it to the other node alone"
             assert rig.probe.call(f"/far/voice/{service}", "std_srvs/SetBool", {"data": not silent})[0]
-            until_true(lambda: player.gets_any(0.2), f"{service}: and there it is again")
+            wait_until(lambda: player.gets_any(0.2), f"{service}: and there it is again")
     finally:
         node.end()
 
 
-def test_either_end_may_die_and_come_back(rig: Rig, until_true: Callable) -> None:
+def test_either_end_may_die_and_come_back(rig: Rig, wait_until: Callable) -> None:
     rig.robot.close()
-    until_true(lambda: "not connected" in rig.state(), "the loss is told")
+    wait_until(lambda: "not connected" in rig.state(), "the loss is told")
     rig.start_robot()
-    until_true(lambda: rig.state() == "you: live; robot: live", "the robot is back")
-    until_true(lambda: rig.both_hear(450.0), "sound both ways with the new robot")
+    wait_until(lambda: rig.state() == "you: live; robot: live", "the robot is back")
+    wait_until(lambda: rig.both_hear(450.0), "sound both ways with the new robot")
     rig.node.kill()
     rig.node = rig.start_node()
-    until_true(lambda: rig.both_hear(550.0), "sound both ways with the new node")
-    until_true(lambda: rig.robots_listeners() == 1, "the dead listener is forgotten")
+    wait_until(lambda: rig.both_hear(550.0), "sound both ways with the new node")
+    wait_until(lambda: rig.robots_listeners() == 1, "the dead listener is forgotten")
     assert "Traceback" not in rig.node.output
 
 

@@ -74,12 +74,12 @@ class Started:
     def text(self):
         return self.output.read_text()
 
-    def says(self, until_true):
-        until_true(lambda: "\n" in self.text, "it runs")
+    def says(self, wait_until):
+        wait_until(lambda: "\n" in self.text, "it runs")
         return json.loads(self.text.splitlines()[0])
 
-    def ends(self, until_true):
-        until_true(lambda: self.process.poll() is not None, "it ends")
+    def ends(self, wait_until):
+        wait_until(lambda: self.process.poll() is not None, "it ends")
         return self.process.poll()
 
 
@@ -98,10 +98,10 @@ def run(starter, tmp_path, monkeypatch):
             processes.send(one.process.pid, signal.SIGKILL)
 
 
-def test_it_is_as_if_it_had_been_started(run, tmp_path, until_true):
+def test_it_is_as_if_it_had_been_started(run, tmp_path, wait_until):
     words = ["0", "__name:=a", "__ns:=/robot", "b:=c"]
     program = run(*words, WORD="x", NOTIFY_SOCKET="/nowhere")
-    said = program.says(until_true)
+    said = program.says(wait_until)
     script = str(program.script)
     assert isinstance(program.process, forked_process.ForkedProcess)
     assert said["argv"] == [script, *words] and said["file"] == script and said["name"] == "__main__"
@@ -112,26 +112,26 @@ def test_it_is_as_if_it_had_been_started(run, tmp_path, until_true):
     assert said["found"] == "/nowhere", "for a program that beats by itself"
     assert "/robot/b" in said["mapped"] or "b" in said["mapped"]
     assert said["open"] == 4, "input, output, errors, and the folder that it lists"
-    assert program.ends(until_true) == 0 and program.text.endswith("orderly end\n")
+    assert program.ends(wait_until) == 0 and program.text.endswith("orderly end\n")
 
 
-def test_its_end_is_known(run, until_true):
-    assert run("7").ends(until_true) == 7
+def test_its_end_is_known(run, wait_until):
+    assert run("7").ends(wait_until) == 7
     raised = run("raise")
-    assert raised.ends(until_true) == 1 and "ValueError: on purpose" in raised.text
+    assert raised.ends(wait_until) == 1 and "ValueError: on purpose" in raised.text
     for request in (signal.SIGTERM, signal.SIGKILL):
         killed = run("wait")
-        killed.says(until_true)
+        killed.says(wait_until)
         os.kill(killed.process.pid, request)
-        assert killed.ends(until_true) == -request
+        assert killed.ends(wait_until) == -request
     interrupted = run("wait")
-    interrupted.says(until_true)
+    interrupted.says(wait_until)
     os.kill(interrupted.process.pid, signal.SIGINT)
-    assert interrupted.ends(until_true) == -signal.SIGINT and "KeyboardInterrupt" in interrupted.text
+    assert interrupted.ends(wait_until) == -signal.SIGINT and "KeyboardInterrupt" in interrupted.text
 
 
 @pytest.mark.parametrize(("mark", "where"), [({}, "output"), ({TERMINAL: "true"}, "errors")])
-def test_one_that_reads_keys_prints_where_the_person_is(starter, tmp_path, monkeypatch, until_true, mark, where):
+def test_one_that_reads_keys_prints_where_the_person_is(starter, tmp_path, monkeypatch, wait_until, mark, where):
     """In `./stack up` standard output is no terminal."""
     program = tmp_path / "program"
     program.write_text(PROGRAM)
@@ -141,21 +141,21 @@ def test_one_that_reads_keys_prints_where_the_person_is(starter, tmp_path, monke
         monkeypatch.setattr(sys, "stderr", errors)
         environment = {**os.environ, "PYTHONPATH": PATH, **mark}
         process = starter.start([str(program), "0"], env=environment, cwd=str(tmp_path), stdout=None, stderr=None)
-        until_true(lambda: process.poll() is not None, "it ends")
+        wait_until(lambda: process.poll() is not None, "it ends")
     assert [file.name for file in (tmp_path / "output", tmp_path / "errors") if file.read_text()] == [where]
 
 
-def test_one_that_has_ended_at_once_is_not_started_again(starter, run, tmp_path, until_true):
+def test_one_that_has_ended_at_once_is_not_started_again(starter, run, tmp_path, wait_until):
     server = starter._server
     script = tmp_path / "short"
     script.write_text(f"#!{sys.executable}\nimport os\nopen('ran', 'a').write('once\\n')\nos._exit(3)\n")
     with open(tmp_path / "output", "w") as output:
         program = Program([str(script)], dict(os.environ), str(tmp_path))
         pid = server.start(program, [output.fileno(), output.fileno()])
-    until_true(lambda: vitals.state(pid) == "", "it is gone")
+    wait_until(lambda: vitals.state(pid) == "", "it is gone")
     ended = forked_process.ForkedProcess(server, pid)
     assert (ended.poll(), (tmp_path / "ran").read_text()) == (3, "once\n")
-    assert run("4").ends(until_true) == 4 and starter._server is server
+    assert run("4").ends(wait_until) == 4 and starter._server is server
 
 
 def test_one_that_needs_another_interpreter_gets_one(run, tmp_path):
@@ -173,7 +173,7 @@ def test_one_that_needs_another_interpreter_gets_one(run, tmp_path):
         assert not can_be_forked([str(other)], dict(os.environ))
 
 
-def test_one_that_still_imports_is_waited_for(tmp_path, monkeypatch, until_true):
+def test_one_that_still_imports_is_waited_for(tmp_path, monkeypatch, wait_until):
     """On a busy machine that takes many times as long as a start."""
     monkeypatch.setenv("PYTHONPATH", PATH)
     monkeypatch.setattr(forked_process, "PATIENCE", 0.01)
@@ -186,46 +186,46 @@ def test_one_that_still_imports_is_waited_for(tmp_path, monkeypatch, until_true)
         monkeypatch.setattr(forked_process, "PATIENCE", 60.0)
         os.kill(starter._server._process.pid, signal.SIGCONT)
         program = started.result(60.0)
-    assert isinstance(program.process, forked_process.ForkedProcess) and program.ends(until_true) == 5
+    assert isinstance(program.process, forked_process.ForkedProcess) and program.ends(wait_until) == 5
     starter.close()
 
 
-def test_a_server_that_hangs_starts_nothing_later(tmp_path, monkeypatch, until_true):
+def test_a_server_that_hangs_starts_nothing_later(tmp_path, monkeypatch, wait_until):
     monkeypatch.setenv("PYTHONPATH", PATH)
     starter = NodeStarter()
-    Started(starter, tmp_path, "0").ends(until_true)  # it serves
+    Started(starter, tmp_path, "0").ends(wait_until)  # it serves
     server = starter._server
     server._channel.settimeout(0.3)
     os.kill(server._process.pid, signal.SIGSTOP)
     usual = Started(starter, tmp_path, "wait")
     assert not isinstance(usual.process, forked_process.ForkedProcess)
-    usual.says(until_true)
+    usual.says(wait_until)
     assert server._process.poll() == -signal.SIGKILL, "nor can it ever start it, too"
     usual.process.kill()
     usual.process.wait()
     starter.close()
 
 
-def test_without_the_server_programs_go_on_and_start_as_usual(tmp_path, monkeypatch, until_true):
+def test_without_the_server_programs_go_on_and_start_as_usual(tmp_path, monkeypatch, wait_until):
     monkeypatch.setenv("PYTHONPATH", PATH)
     starter = NodeStarter()
     forked = Started(starter, tmp_path, "wait")
-    forked.says(until_true)
+    forked.says(wait_until)
     server = starter._server._process
     server.kill()
     server.wait()
     assert forked.process.poll() is None
     usual = Started(starter, tmp_path, "5")
-    assert usual.ends(until_true) == 5 and not isinstance(usual.process, forked_process.ForkedProcess)
+    assert usual.ends(wait_until) == 5 and not isinstance(usual.process, forked_process.ForkedProcess)
     os.kill(forked.process.pid, signal.SIGKILL)
-    assert forked.ends(until_true) == UNKNOWN
-    until_true(lambda: vitals.state(forked.process.pid) in ("", "Z"), "nothing is left")
+    assert forked.ends(wait_until) == UNKNOWN
+    wait_until(lambda: vitals.state(forked.process.pid) in ("", "Z"), "nothing is left")
     starter.close()
 
 
 @pytest.mark.parametrize(("end", "befallen"), [(signal.SIGKILL, "died: signal 9"), (signal.SIGSTOP, "froze")])
 def test_another_server_takes_the_place_of_one_that_dies_or_is_stopped(
-    tmp_path, monkeypatch, until_true, end, befallen
+    tmp_path, monkeypatch, wait_until, end, befallen
 ):
     monkeypatch.setenv("PYTHONPATH", PATH)
     monkeypatch.setattr(forked_process, "LEAST_LIFE", 0.0)
@@ -234,27 +234,27 @@ def test_another_server_takes_the_place_of_one_that_dies_or_is_stopped(
     monitor.faults, monitor.starter = FaultReporter(tmp_path / "faults"), NodeStarter()
     starter = monitor.starter
     first = Started(starter, tmp_path, "wait")
-    first.says(until_true)
+    first.says(wait_until)
     monitor._look_at_starter()
     os.kill(starter._server._process.pid, end)
-    until_true(starter._server.failure, "it is noticed")
+    wait_until(starter._server.failure, "it is noticed")
     monitor._look_at_starter()
     fault = faults.next(1.0)
     assert (fault.program, fault.what, fault.next) == ("fork_server", befallen, "starts again")
     assert first.process.poll() is None, "what it has started goes on"
     again = Started(starter, tmp_path, "5")
-    assert isinstance(again.process, forked_process.ForkedProcess) and again.ends(until_true) == 5
+    assert isinstance(again.process, forked_process.ForkedProcess) and again.ends(wait_until) == 5
     os.kill(first.process.pid, signal.SIGKILL)
-    assert first.ends(until_true) == UNKNOWN
+    assert first.ends(wait_until) == UNKNOWN
     starter.close()
     faults.close()
 
 
-def test_a_server_that_cannot_run_is_not_started_again_and_again(monkeypatch, until_true):
+def test_a_server_that_cannot_run_is_not_started_again_and_again(monkeypatch, wait_until):
     monkeypatch.setenv("PYTHONPATH", PATH)
     starter = NodeStarter()
     starter._server._process.kill()
-    until_true(starter._server.failure, "it is noticed")
+    wait_until(starter._server.failure, "it is noticed")
     assert starter.poll() == ("died: signal 9", "programs start more slowly from now on")
     assert starter.poll() is None and starter._server is None
     starter.close()

@@ -20,30 +20,30 @@ def probe(graph):
 
 
 @pytest.fixture
-def start(graph, probe, until_true):
+def start(graph, probe, wait_until):
     def start(*parameters):
         probe.forget("/voice/settings")
         probe.forget("/voice/state")
         program = str(graph.workspace / "lib/rto_node/rto_voice")
         node = graph.run(program, f"_server:=127.0.0.1:{graph.free_port()}", *parameters)
-        until_true(lambda: probe.seen("/voice/settings") and probe.seen("/voice/state"), "it runs")
+        wait_until(lambda: probe.seen("/voice/settings") and probe.seen("/voice/state"), "it runs")
         return node
 
     return start
 
 
-def test_a_node_that_dies_comes_back_as_silent_as_it_was(graph, probe, start, until_true):
+def test_a_node_that_dies_comes_back_as_silent_as_it_was(graph, probe, start, wait_until):
     first = start()
     before = probe.newest("/voice/settings")
     assert before[:2] == [False, False] and before[2] != "none"
     for name, wanted in (("mute_microphone", True), ("mute_speaker", True), ("conversation", False)):
         assert probe.call(f"/voice/{name}", "std_srvs/SetBool", {"data": wanted})[0]
     chosen = graph.run("rostopic", "pub", "/voice/speaker", "std_msgs/String", "data: none")
-    until_true(lambda: probe.newest("/voice/settings")[2] == "none", "a loudspeaker is chosen")
+    wait_until(lambda: probe.newest("/voice/settings")[2] == "none", "a loudspeaker is chosen")
     chosen.kill()
     first.kill()
     second = start()
-    until_true(lambda: probe.newest("/voice/settings") == [True, True, "none"], "muted, on the device that was chosen")
+    wait_until(lambda: probe.newest("/voice/settings") == [True, True, "none"], "muted, on the device that was chosen")
     assert probe.newest("/voice/state") == ["no conversation"]
     assert second.end() == 0
     third = start()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import http.server
 import threading
-import time
 from collections.abc import Callable, Iterator
 
 import cv2
 import numpy as np
 import pytest
+from waiting import comes_true
 
 from pepper_sim.tablet.tablet import Tablet
 from telepresence.video.images import LatestImage
@@ -22,15 +22,6 @@ Colour = tuple[int, int, int]
 def encoded(colour: Colour, width: int = 640, height: int = 400, kind: str = ".jpg") -> bytes:
     pixels = np.full((height, width, 3), colour[::-1], np.uint8)
     return cv2.imencode(kind, pixels)[1].tobytes()
-
-
-def eventually(condition: Callable[[], bool], timeout: float = 30.0) -> bool:
-    deadline = time.monotonic() + timeout
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.01)
-    return True
 
 
 def answer(
@@ -134,7 +125,7 @@ class Glass:
             centre = self.centre()
             return centre is not None and all(abs(a - b) < 12 for a, b in zip(centre, colour, strict=True))
 
-        return eventually(close, timeout)
+        return comes_true(close, timeout)
 
     def ink(self) -> int:
         """Pixels that are written on a white page."""
@@ -167,11 +158,6 @@ def live() -> Iterator[tuple[LatestImage, WebServer]]:
 @pytest.fixture(name="encoded")
 def _encoded() -> Callable[..., bytes]:
     return encoded
-
-
-@pytest.fixture(name="eventually")
-def _eventually() -> Callable[..., bool]:
-    return eventually
 
 
 @pytest.fixture

@@ -24,7 +24,7 @@ def chromium(make_glass):
     return make_glass("chromium")
 
 
-def test_chromium_runs_scripts_and_styles(site, chromium, eventually) -> None:
+def test_chromium_runs_scripts_and_styles(site, chromium, wait_until) -> None:
     site.serve("/", "<style>body{background:#f00}</style>")
     site.serve(
         "/script", "<script>document.documentElement.style.background = innerWidth == 1280 ? '#0f0' : '#00f'</script>"
@@ -33,12 +33,12 @@ def test_chromium_runs_scripts_and_styles(site, chromium, eventually) -> None:
     assert chromium.shows(RED, timeout=30)
     chromium.open(site.url("/script"))
     assert chromium.shows(GREEN)
-    assert eventually(lambda: chromium.events == ["started", "finished"] * 2)
+    wait_until(lambda: chromium.events == ["started", "finished"] * 2)
     chromium.tablet.hide_webview()
     assert chromium.shows(BLACK)
 
 
-def test_chromium_talks_to_the_robots_programs(chromium, eventually, tmp_path) -> None:
+def test_chromium_talks_to_the_robots_programs(chromium, wait_until, tmp_path) -> None:
     heard: list[str] = []
     chromium.tablet.on_js_event = lambda text: heard.append(f"event {text}")
     chromium.tablet.on_console = lambda text: heard.append(f"console {text}")
@@ -48,20 +48,20 @@ def test_chromium_talks_to_the_robots_programs(chromium, eventually, tmp_path) -
     chromium.tablet.robot_files = files.get
     assert chromium.tablet.execute("1") is False, "there is no page yet"
     chromium.open("http://198.18.0.1/apps/mine/")
-    assert eventually(lambda: "finished" in chromium.events)
+    wait_until(lambda: "finished" in chromium.events)
     assert chromium.tablet.execute("answer('hello'); document.body.style.background = '#00f'") is True
-    assert eventually(lambda: heard == ["event hello", "console hello 7"])
+    wait_until(lambda: heard == ["event hello", "console hello 7"])
     assert chromium.shows(BLUE)
 
 
-def test_chromium_follows_a_stream(live, chromium, eventually, encoded) -> None:
+def test_chromium_follows_a_stream(live, chromium, wait_until, encoded) -> None:
     image, server = live
     image.put(encoded(RED))
     chromium.open(server.url + "?adv")
     for colour in (RED, GREEN, BLUE):
         image.put(encoded(colour))
-        assert eventually(lambda colour=colour: shows_anywhere(chromium, colour), timeout=30)
-    assert eventually(lambda: "finished" in chromium.events)
+        wait_until(lambda colour=colour: shows_anywhere(chromium, colour), timeout=30)
+    wait_until(lambda: "finished" in chromium.events)
 
 
 def shows_anywhere(glass, colour: tuple[int, int, int]) -> bool:
@@ -69,14 +69,14 @@ def shows_anywhere(glass, colour: tuple[int, int, int]) -> bool:
     return picture is not None and bool((abs(picture.content[60, 60].astype(int) - colour) < 20).all())
 
 
-def test_chromium_reports_what_does_not_load_and_leaves_nothing_behind(other_threads, chromium, eventually) -> None:
+def test_chromium_reports_what_does_not_load_and_leaves_nothing_behind(other_threads, chromium, wait_until) -> None:
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         url = f"http://127.0.0.1:{unused.getsockname()[1]}/"
         chromium.open(url)
-        assert eventually(lambda: len(chromium.events) == 2, timeout=30)
+        wait_until(lambda: len(chromium.events) == 2, timeout=30)
     assert chromium.events[1] == (-6, "net::ERR_CONNECTION_REFUSED", url)
-    assert eventually(lambda: chromium.ink() > 500)
+    wait_until(lambda: chromium.ink() > 500)
     chromium.tablet.close()
     assert not [t.name for t in set(threading.enumerate()) - other_threads if t.name.startswith("tablet")]
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 import pytest
+from waiting import comes_true
 
 from pepper_sim.tablet import chromium
 from pepper_sim.tablet.devtools import BrowserError
@@ -74,7 +75,7 @@ def slow_browser(monkeypatch) -> Iterator[type[SlowBrowser]]:
     SlowBrowser.may_start.set()
 
 
-def test_the_tablet_is_used_while_its_browser_starts(slow_browser, make_glass, eventually) -> None:
+def test_the_tablet_is_used_while_its_browser_starts(slow_browser, make_glass, wait_until) -> None:
     glass = make_glass("chromium")
     glass.open("http://127.0.0.1/first")
     assert slow_browser.begun.wait(30)
@@ -85,7 +86,7 @@ def test_the_tablet_is_used_while_its_browser_starts(slow_browser, make_glass, e
 
     using = threading.Thread(target=use)
     using.start()
-    waited = not eventually(lambda: not using.is_alive(), timeout=10)
+    waited = not comes_true(lambda: not using.is_alive(), timeout=10)
     slow_browser.may_start.set()
     using.join()
     assert not waited
@@ -107,7 +108,7 @@ def test_refuses_what_is_no_web_address(url: str, glass) -> None:
     assert glass.tablet.url is None
 
 
-def test_an_image_covers_the_page_until_hidden(site, glass, eventually, encoded) -> None:
+def test_an_image_covers_the_page_until_hidden(site, glass, wait_until, encoded) -> None:
     site.serve("/page", "<img src=red>")
     site.serve("/red", encoded(RED), "image/jpeg")
     transparent = np.zeros((400, 640, 4), np.uint8)
@@ -117,7 +118,7 @@ def test_an_image_covers_the_page_until_hidden(site, glass, eventually, encoded)
     glass.tablet.set_background("#00FF00")
     assert glass.tablet.show_image(site.url("/transparent"))
     assert glass.shows(GREEN)
-    assert eventually(lambda: "image" in glass.events)
+    wait_until(lambda: "image" in glass.events)
     glass.tablet.hide_image()
     assert glass.shows(RED)
     glass.tablet.hide_webview()
@@ -125,10 +126,10 @@ def test_an_image_covers_the_page_until_hidden(site, glass, eventually, encoded)
     assert glass.shown[-1] is None and not glass.tablet.visible
 
 
-def test_a_page_loaded_while_hidden_is_there_when_shown(site, glass, eventually, encoded) -> None:
+def test_a_page_loaded_while_hidden_is_there_when_shown(site, glass, wait_until, encoded) -> None:
     site.serve("/", encoded(BLUE), "image/jpeg")
     glass.tablet.load_url(site.url())
-    assert eventually(lambda: glass.events == ["started", "finished"])
+    wait_until(lambda: glass.events == ["started", "finished"])
     assert glass.shown == []
     glass.tablet.show_webview()
     assert glass.shows(BLUE)
@@ -143,10 +144,10 @@ def test_reload_asks_again(site, glass, encoded) -> None:
     assert glass.shows(RED)
 
 
-def test_a_new_address_replaces_a_page_that_hangs(site, glass, eventually, encoded) -> None:
+def test_a_new_address_replaces_a_page_that_hangs(site, glass, wait_until, encoded) -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         glass.open(f"http://127.0.0.1:{silent.getsockname()[1]}/")
-        assert eventually(lambda: glass.events == ["started"])
+        wait_until(lambda: glass.events == ["started"])
         site.serve("/", encoded(GREEN), "image/jpeg")
         glass.open(site.url())
         assert glass.shows(GREEN)
@@ -154,7 +155,7 @@ def test_a_new_address_replaces_a_page_that_hangs(site, glass, eventually, encod
 
 
 def test_closing_leaves_no_thread(
-    other_threads, site, live, monkeypatch: pytest.MonkeyPatch, eventually, encoded
+    other_threads, site, live, monkeypatch: pytest.MonkeyPatch, wait_until, encoded
 ) -> None:
     monkeypatch.setattr("pepper_sim.tablet.http_fetch.READ_TIMEOUT", 60.0)
     image, server = live
@@ -165,7 +166,7 @@ def test_closing_leaves_no_thread(
                 tablet.load_url(url)
                 tablet.show_webview()
                 tablet.show_image(url)
-                assert eventually(lambda tablet=tablet: tablet.image.peek() is not None)
+                wait_until(lambda tablet=tablet: tablet.image.peek() is not None)
             assert not tablet.load_url(url)
             assert not [t.name for t in set(threading.enumerate()) - other_threads if t.name.startswith("tablet")]
 

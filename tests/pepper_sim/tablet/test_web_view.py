@@ -50,12 +50,12 @@ def test_goes_straight_to_a_stream(live, glass, encoded) -> None:
         "<base href='/pictures/'><p><img data-src=x src='red.png'",
     ],
 )
-def test_finds_the_picture_of_a_page(markup: str, site, glass, eventually, encoded) -> None:
+def test_finds_the_picture_of_a_page(markup: str, site, glass, wait_until, encoded) -> None:
     site.serve("/", markup + "><p>words")
     site.serve("/pictures/red.png", encoded(RED, kind=".png"), "image/png")
     glass.open(site.url())
     assert glass.shows(RED)
-    assert eventually(lambda: glass.events == ["started", "finished"])
+    wait_until(lambda: glass.events == ["started", "finished"])
 
 
 def test_keeps_cookies_over_redirects(site, glass, encoded) -> None:
@@ -75,69 +75,69 @@ def test_keeps_cookies_over_redirects(site, glass, encoded) -> None:
     assert site.seen == [("/?k=secret", None), ("/", "tp=secret"), ("/picture", "tp=secret")]
 
 
-def test_writes_a_page_without_pictures(site, glass, eventually) -> None:
+def test_writes_a_page_without_pictures(site, glass, wait_until) -> None:
     site.serve("/", "<title>Not so fast</title><style>p{}</style><p>You need a key")
     glass.open(site.url())
-    assert eventually(lambda: glass.ink() > 500)
+    wait_until(lambda: glass.ink() > 500)
     assert glass.centre() == WHITE
-    assert eventually(lambda: glass.events == ["started", "finished"])
+    wait_until(lambda: glass.events == ["started", "finished"])
 
 
-def test_writes_the_servers_own_error_page(site, glass, eventually) -> None:
+def test_writes_the_servers_own_error_page(site, glass, wait_until) -> None:
     glass.open(site.url("/nowhere"))
-    assert eventually(lambda: glass.ink() > 100)
-    assert eventually(lambda: glass.events == ["started", "finished"])
+    wait_until(lambda: glass.ink() > 100)
+    wait_until(lambda: glass.events == ["started", "finished"])
 
 
-def test_a_refused_connection_is_an_error_page_and_an_event(glass, eventually) -> None:
+def test_a_refused_connection_is_an_error_page_and_an_event(glass, wait_until) -> None:
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         url = f"http://127.0.0.1:{unused.getsockname()[1]}/"
         glass.open(url)
-        assert eventually(lambda: len(glass.events) == 2)
+        wait_until(lambda: len(glass.events) == 2)
     assert glass.events == ["started", (-6, "net::ERR_CONNECTION_REFUSED", url)]
-    assert eventually(lambda: glass.ink() > 500)
+    wait_until(lambda: glass.ink() > 500)
 
 
 @pytest.mark.parametrize(
     ("reply", "code"),
     [(b"", -7), (b"gibberish\r\n\r\n", -1), (b"HTTP/1.1 200 OK\r\n" + b"X: y\r\n" * 2000 + b"\r\n", -1)],
 )
-def test_a_server_that_does_not_speak_http_is_a_load_error(reply: bytes, code: int, glass, eventually) -> None:
+def test_a_server_that_does_not_speak_http_is_a_load_error(reply: bytes, code: int, glass, wait_until) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         glass.open(f"http://127.0.0.1:{server.getsockname()[1]}/")
         peer, _ = server.accept()
         with peer:
             peer.recv(65536)
             peer.sendall(reply)
-    assert eventually(lambda: len(glass.events) == 2)
+    wait_until(lambda: len(glass.events) == 2)
     assert glass.events[1][0] == code
 
 
 @pytest.mark.parametrize("target", ["file:///etc/passwd", "ftp://127.0.0.1/", "javascript:alert(1)"])
-def test_a_redirect_out_of_http_is_refused(target: str, site, glass, eventually) -> None:
+def test_a_redirect_out_of_http_is_refused(target: str, site, glass, wait_until) -> None:
     site.serve("/", b"", status=302, headers={"Location": target})
     glass.open(site.url())
-    assert eventually(lambda: len(glass.events) == 2)
+    wait_until(lambda: len(glass.events) == 2)
     assert glass.events[1][:2] == (-10, "net::ERR_UNKNOWN_URL_SCHEME")
 
 
-def test_a_redirect_to_another_server_is_not_followed(site, glass, eventually) -> None:
+def test_a_redirect_to_another_server_is_not_followed(site, glass, wait_until) -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
         target = f"http://127.0.0.1:{other.getsockname()[1]}/"
         site.serve("/", b"", status=302, headers={"Location": target})
         glass.open(site.url())
-        assert eventually(lambda: len(glass.events) == 2)
+        wait_until(lambda: len(glass.events) == 2)
         assert glass.events[1][:2] == (-6, "net::ERR_UNSAFE_REDIRECT")
         other.settimeout(0.0)
         with pytest.raises(BlockingIOError):
             other.accept()
 
 
-def test_a_circle_of_redirects_ends(site, glass, eventually) -> None:
+def test_a_circle_of_redirects_ends(site, glass, wait_until) -> None:
     site.serve("/", b"", status=302, headers={"Location": "/"})
     glass.open(site.url())
-    assert eventually(lambda: len(glass.events) == 2)
+    wait_until(lambda: len(glass.events) == 2)
     assert glass.events[1][:2] == (-9, "net::ERR_TOO_MANY_REDIRECTS")
     assert len(site.seen) <= 11
 
@@ -176,12 +176,12 @@ def test_a_stream_that_stays_away_is_dimmed_and_says_so(glass, monkeypatch: pyte
     assert glass.shows((114, 114, 114))
 
 
-def test_retries_a_page_whose_stream_is_full(glass, site, monkeypatch: pytest.MonkeyPatch, eventually, encoded) -> None:
+def test_retries_a_page_whose_stream_is_full(glass, site, monkeypatch: pytest.MonkeyPatch, wait_until, encoded) -> None:
     monkeypatch.setattr("pepper_sim.tablet.web_view.RETRY_DELAYS", (0.05,))
     site.serve("/", "<img src=video>")
     site.serve("/video", "full", status=503)
     glass.open(site.url())
-    assert eventually(lambda: len(site.seen) > 3)
+    wait_until(lambda: len(site.seen) > 3)
     site.serve("/video", encoded(BLUE), "image/jpeg")
     assert glass.shows(BLUE)
 

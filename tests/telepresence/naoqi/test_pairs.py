@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import pytest
 from naoqi_services import LIBRARIES, OURS, SIGNATURES, VENDOR, ServerProcess, signed
+from waiting import wait_until
 
 PATIENCE = 20.0
 """Seconds after which something counts as never coming."""
@@ -92,14 +93,6 @@ def plain(value: Any) -> Any:
         return bytes(value)
     if isinstance(value, (list, tuple)):
         return type(value)(map(plain, value))
-    return value
-
-
-def eventually(condition: Callable[[], Any], what: str) -> Any:
-    deadline = time.monotonic() + PATIENCE
-    while not (value := condition()):
-        assert time.monotonic() < deadline, what
-        time.sleep(0.005)
     return value
 
 
@@ -307,7 +300,7 @@ def test_a_call_is_cancelled_at_the_server(talk: Any) -> None:
     future = talk.never(_async=True)
     talk.cancels()  # comes after it
     future.cancel()
-    eventually(future.isFinished, "the future ends")
+    wait_until(future.isFinished, "the future ends")
     assert future.isCanceled() and talk.cancels() == before + 1
 
 
@@ -485,7 +478,7 @@ def test_a_server_goes_and_comes(pair: Pair) -> None:
         waiting = old.never(_async=True)
         server.kill()
         assert waiting.hasError(MS) and lost.wait(PATIENCE)
-        eventually(lambda: not session.isConnected(), "it knows that it is not connected")
+        wait_until(lambda: not session.isConnected(), "it knows that it is not connected")
         with pytest.raises(RuntimeError):
             old.cancels()
         with pytest.raises(RuntimeError):

@@ -6,22 +6,15 @@ import itertools
 import os
 import socket
 import threading
-import time
 
 import pytest
+from waiting import wait_until
 
 from telepresence.naoqi import workers
 from telepresence.naoqi.future import Future
 from telepresence.naoqi.reactor import READ, reactor
 
 PATIENCE = 20.0
-
-
-def until(condition: object, text: str) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():  # type: ignore[operator]
-        assert time.monotonic() < deadline, text
-        time.sleep(0.005)
 
 
 def test_no_wake_up_is_lost() -> None:
@@ -52,7 +45,7 @@ def test_timers_come_in_their_order_and_can_be_cancelled() -> None:
     reactor().call_later(0.03, seen.append, "cancelled").cancel()
     reactor().call_later(0.1, lambda: last.set())
     assert last.wait(PATIENCE)
-    until(lambda: len(seen) == 3, "a timer is missing")
+    wait_until(lambda: len(seen) == 3, "a timer is missing")
     assert seen == sorted(timers, key=lambda name: timers[name].due)
 
 
@@ -66,7 +59,7 @@ def test_a_handler_that_fails_stops_nobody(caplog: pytest.LogCaptureFixture) -> 
 
         reactor().run(reactor().watch, one, READ, fail)
         other.send(b"x")
-        until(lambda: "of the test" in caplog.text, "the failure is not logged")
+        wait_until(lambda: "of the test" in caplog.text, "the failure is not logged")
         assert reactor().run(lambda: 5) == 5
         with pytest.raises(ZeroDivisionError):
             reactor().run(lambda: 1 // 0)
@@ -91,7 +84,7 @@ def test_workers_that_block_are_joined_by_others_and_leave_when_idle(monkeypatch
     pool.submit(ran.set)
     assert ran.wait(PATIENCE), "a task waits for twelve that block"
     gate.set()
-    until(lambda: threading.active_count() <= before, "idle workers stay")
+    wait_until(lambda: threading.active_count() <= before, "idle workers stay")
 
 
 def test_workers_that_wait_for_each_other_do_not_lock_up() -> None:

@@ -8,8 +8,7 @@ import struct
 import subprocess
 import sys
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +31,7 @@ from naoqi_bytes import (
     members,
     text,
 )
+from waiting import wait_until
 
 import telepresence.naoqi.server as server_module
 from telepresence.naoqi.connection import Connection
@@ -47,13 +47,6 @@ from telepresence.naoqi.signals import Signal
 
 PATIENCE = 20.0
 MS = int(PATIENCE * 1000)
-
-
-def until(condition: Callable[[], Any], what: str) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline, what
-        time.sleep(0.005)
 
 
 class Probe(ServedObject):
@@ -139,7 +132,7 @@ def test_closing_leaves_no_descriptor_and_no_thread() -> None:
             robot.server.close()
             with pytest.raises((Closed, ConnectionError)):
                 add(one)
-    until(lambda: set(os.listdir("/proc/self/fd")) <= descriptors, "descriptors are left")
+    wait_until(lambda: set(os.listdir("/proc/self/fd")) <= descriptors, "descriptors are left")
     names = [thread.name for thread in threading.enumerate() if thread not in others]
     assert not [name for name in names if name.startswith("naoqi") and name not in ("naoqi-reactor", "naoqi-worker")]
 
@@ -220,7 +213,7 @@ def test_tls_and_a_password(certificate: ssl.SSLContext) -> None:
         results: list[Any] = []
         for _ in range(3):
             connection.start_call(2, 1, 104, [body], 0, lambda kind, _, payload: results.append((kind, bytes(payload))))
-        until(lambda: len(results) == 3, "no answers over TLS")
+        wait_until(lambda: len(results) == 3, "no answers over TLS")
         assert results == [(REPLY, body)] * 3
         connection.close()
         assert silent.gone(), "a connection without a login stays"
@@ -326,7 +319,7 @@ def test_a_client_that_takes_nothing_for_long_is_cut_off() -> None:
             robot.probe.told("x" * 100_000)
         half.send(LOGIN.pack()[:30])
         assert half.gone()
-        until(lambda: not robot.server._connections, "a client that reads nothing stays")
+        wait_until(lambda: not robot.server._connections, "a client that reads nothing stays")
 
 
 def test_blocked_methods_hold_nobody_up(robot: Robot) -> None:
@@ -347,7 +340,7 @@ def test_one_client_does_not_take_all_threads() -> None:
         for number in range(20):
             greedy.send(Message(CALL, 2, 1, 107, identity=number))
         (connection,) = robot.server._connections
-        until(lambda: len(connection.running) == 20 and len(begun) == 3, "the calls have not come")
+        wait_until(lambda: len(connection.running) == 20 and len(begun) == 3, "the calls have not come")
         with robot.peer() as other:
             assert add(other) == 3 and len(begun) == 3
         robot.probe.gate.set()
@@ -362,9 +355,9 @@ def test_the_last_word_of_a_client_that_goes_is_obeyed() -> None:
         robot.server.register("Legs", queue)
         peer.send(Message(CALL, 3, 1, 100).pack() + Message(POST, 3, 1, 101, identity=2).pack())
         (connection,) = robot.server._connections
-        until(lambda: len(connection.running) == 2, "the calls have not come")
+        wait_until(lambda: len(connection.running) == 2, "the calls have not come")
         peer.close()
-        until(lambda: not robot.server._connections, "the client has not gone")
+        wait_until(lambda: not robot.server._connections, "the client has not gone")
         gate.set()
         assert obeyed.wait(PATIENCE)
 
@@ -374,7 +367,7 @@ def test_far_too_many_open_calls_are_not_read() -> None:
         for number in range(200):
             peer.send(Message(CALL, 2, 1, 102, identity=number))
         (connection,) = robot.server._connections
-        until(lambda: len(connection.running) > 10, "the calls have not come")
+        wait_until(lambda: len(connection.running) > 10, "the calls have not come")
         robot.probe.gate.set()
         answers = [peer.receive() for _ in range(200)]
         refused = [answer for answer in answers if answer.kind == ERROR]
@@ -476,7 +469,7 @@ def test_a_service_of_a_client_that_does_not_listen(robot: Robot) -> None:
     heard: list[str] = []
     pet.barked.connect(heard.append)
     assert pet.bark(3) == "wuffwuffwuff"
-    until(lambda: heard == ["wuff"], "the event was not passed on")
+    wait_until(lambda: heard == ["wuff"], "the event was not passed on")
     owner.close()
     with pytest.raises(RuntimeError):
         pet.bark(1, _async=True).value(MS)

@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 from tcp_listener import TcpListener
 from tls_front import make_certificate
+from waiting import wait_until
 
 import telepresence.naoqi as ours
 from telepresence.naoqi import directory_link, remote_signal
@@ -27,14 +28,6 @@ from telepresence.naoqi.routing import candidates, stays
 
 PATIENCE = 20.0
 MS = int(PATIENCE * 1000)
-
-
-def eventually(condition: Callable[[], Any], what: str) -> Any:
-    deadline = time.monotonic() + PATIENCE
-    while not (value := condition()):
-        assert time.monotonic() < deadline, what
-        time.sleep(0.005)
-    return value
 
 
 class Child:
@@ -157,7 +150,7 @@ def test_the_server_goes(qi: Any, robot: Robot) -> None:
     robot.server.close()
     assert waiting.error(MS) == "Session closed" and lost.wait(PATIENCE)
     assert error_of(lambda: parent.echo(1)) == "Socket is not connected"
-    eventually(lambda: not session.isConnected(), "it knows")
+    wait_until(lambda: not session.isConnected(), "it knows")
     assert error_of(lambda: session.service("Parent")) == "Session not connected."
     assert error_of(lambda: session.connect(robot.url)).startswith("Connect error: 111: Connection refused")
     session.close()
@@ -170,7 +163,7 @@ def test_a_service_goes(qi: Any, robot: Robot) -> None:
     session.serviceUnregistered.connect(lambda number, name: gone.put((number, name)))
     parent = session.service("Parent")
     waiting = parent.wait(_async=True)
-    eventually(lambda: parent.echo(1), "the call before this has been begun")
+    wait_until(lambda: parent.echo(1), "the call before this has been begun")
     robot.server.unregister(robot.number)
     assert waiting.error(MS) == "Service removed"
     assert gone.get(timeout=PATIENCE) == (robot.number, "Parent")
@@ -207,9 +200,9 @@ def test_a_session_that_nobody_holds_closes(qi: Any, robot: Robot) -> None:
 
     parent = parent_of_a_session()
     gc.collect()
-    eventually(lambda: parent.echo(1, _async=True).hasError(MS), "its proxies are dead")
+    wait_until(lambda: parent.echo(1, _async=True).hasError(MS), "its proxies are dead")
     assert error_of(lambda: parent.echo(1)) == "Socket is not connected"
-    eventually(lambda: not robot.server._connections, "and its connection is closed")
+    wait_until(lambda: not robot.server._connections, "and its connection is closed")
 
 
 # --- waits have an end ------------------------------------------------------------------------------------------------
@@ -275,12 +268,12 @@ def test_a_slow_subscriber_holds_nobody_up_and_loses_what_is_too_much(
     parent.told.connect(quick.append)
     parent.tell(500)
     assert parent.echo(1) == 1
-    assert eventually(lambda: len(quick) >= 51 and quick, "the quick one has events")[:51] == list(range(51))
+    assert wait_until(lambda: len(quick) >= 51 and quick, "the quick one has events")[:51] == list(range(51))
     go.set()
-    eventually(lambda: len(slow) == len(quick), "the slow one gets the same")
+    wait_until(lambda: len(slow) == len(quick), "the slow one gets the same")
     assert slow == quick and len(slow) < 500
     parent.tell(1)
-    eventually(lambda: slow[-1:] == [0], "and goes on with what comes later")
+    wait_until(lambda: slow[-1:] == [0], "and goes on with what comes later")
 
 
 def test_a_passed_object_is_released_with_its_last_use(robot: Robot, session: Any) -> None:
@@ -288,7 +281,7 @@ def test_a_passed_object_is_released_with_its_last_use(robot: Robot, session: An
     child = parent.child()
     assert child.answer() == 42 and robot.hosted() == 1
     del child
-    eventually(lambda: robot.hosted() == 0, "the robot is told")
+    wait_until(lambda: robot.hosted() == 0, "the robot is told")
     signal = parent.child().signal  # nobody holds the proxy itself
     gc.collect()
     seen: queue.Queue = queue.Queue()
@@ -296,14 +289,14 @@ def test_a_passed_object_is_released_with_its_last_use(robot: Robot, session: An
     robot.parent.emit_child("still here")
     assert seen.get(timeout=PATIENCE) == "still here" and robot.hosted() == 1
     del signal
-    eventually(lambda: robot.hosted() == 0, "the robot is told")
+    wait_until(lambda: robot.hosted() == 0, "the robot is told")
 
 
 def test_an_object_that_nobody_asks_for_is_released_too(robot: Robot, session: Any) -> None:
     future = session.service("Parent").child(_async=True)
     assert future.wait(MS) == ours.FutureState.FinishedWithValue
     del future
-    eventually(lambda: robot.hosted() == 0, "the robot is told")
+    wait_until(lambda: robot.hosted() == 0, "the robot is told")
 
 
 def test_replies_are_decoded_by_who_waits(session: Any) -> None:
@@ -351,7 +344,7 @@ def test_calls_and_callbacks_of_one_object_run_one_at_a_time(robot: Robot, sessi
     parent.told.connect(careful.work)
     parent.told.connect(careful.work)
     parent.tell(10)
-    eventually(lambda: len(most) == 20, "all events arrive")
+    wait_until(lambda: len(most) == 20, "all events arrive")
     assert max(most) == 1
 
 
@@ -436,7 +429,7 @@ def test_a_service_that_listens_is_dialled(qi: Any, robot: Robot, session: Any) 
     waiting = direct.answer(_async=True)
     assert waiting.value(MS) == 42
     provider.close()
-    eventually(lambda: direct.answer(_async=True).hasError(MS), "it is gone")
+    wait_until(lambda: direct.answer(_async=True).hasError(MS), "it is gone")
     session.close()
 
 

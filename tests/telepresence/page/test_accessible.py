@@ -15,8 +15,8 @@ import time
 
 import pytest
 from axe import AXE, violations, wear
-from page_in_process import until
 from repeated_presses import press_until
+from waiting import wait_until
 
 from telepresence.page.app import STATIC
 
@@ -258,9 +258,9 @@ def test_a_key_of_the_keyboard_on_an_arrow_drives_one_step(browser, robot):
     tries: list[float] = []  # m
     while not any(metres == pytest.approx(0.2, abs=0.06) for metres in tries):
         assert len(tries) < TRIES, f"a step of 0.2 m has {tries} m"
-        press_until(press, release, until, lambda: not stands(robot), "it drives")
+        press_until(press, release, wait_until, lambda: not stands(robot), "it drives")
         release()
-        until(lambda: stands(robot), "it stands")
+        wait_until(lambda: stands(robot), "it stands")
         tries.append(forward(robot, began))
 
 
@@ -274,17 +274,17 @@ def test_click_and_click_ends_by_itself_is_renewed_and_ends_at_another_press(bro
 
     def end() -> None:
         browser.click("#status")
-        until(lambda: stands(robot), "any other press ends it")
+        wait_until(lambda: stands(robot), "any other press ends it")
 
     def drive() -> None:
-        press_until(click, end, until, lambda: robot.velocity[0] == pytest.approx(0.1), "half speed")
+        press_until(click, end, wait_until, lambda: robot.velocity[0] == pytest.approx(0.1), "half speed")
 
     browser.drive(acting="click")
     by_itself: list[float] = []  # s
     while not any(1.7 < seconds < 3.5 for seconds in by_itself):
         assert len(by_itself) < TRIES, f"it ends by itself after {by_itself} s"
         drive()
-        until(lambda: stands(robot), "it ends by itself")
+        wait_until(lambda: stands(robot), "it ends by itself")
         by_itself.append(time.monotonic() - began)
     by_press: list[float] = []  # s
     while not any(seconds < 1.0 for seconds in by_press):
@@ -300,11 +300,11 @@ def test_one_switch_drives_and_the_switch_stops(browser, robot):
     browser.press("Space")
     browser.until("document.querySelector('[data-drive=forward]').matches('.scanned')", "the frame is on the arrow")
     browser.press("Space")
-    until(lambda: robot.velocity[0] == pytest.approx(0.1), "it drives")
+    wait_until(lambda: robot.velocity[0] == pytest.approx(0.1), "it drives")
     time.sleep(0.2)  # longer than a tremble of the switch
     pressed = time.monotonic()
     browser.press("Space")
-    until(lambda: stands(robot), "it stands")
+    wait_until(lambda: stands(robot), "it stands")
     assert time.monotonic() - pressed < 0.5
     assert browser.evaluate("document.getElementById('stop').matches('.scanned')")
 
@@ -312,9 +312,9 @@ def test_one_switch_drives_and_the_switch_stops(browser, robot):
 def test_resting_presses_an_arrow_and_sooner_the_stop(browser, robot):
     browser.drive(dwelling=True, dwellTime=0.6, acting="click")
     browser.point(*browser.place("[data-drive=forward]"))
-    until(lambda: not stands(robot), "it drives")
+    wait_until(lambda: not stands(robot), "it drives")
     browser.point(640, 300)
-    until(lambda: stands(robot), "it ends by itself")
+    wait_until(lambda: stands(robot), "it ends by itself")
     tries: list[float] = []  # s
     while not any(seconds < 2.0 for seconds in tries):
         assert len(tries) < TRIES, f"the stop is pressed after {tries} s"

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 from axe import violations, wear
-from page_in_process import PageBrowser, until
+from page_in_process import PageBrowser
 from page_server import ANNA
 from proxied_site import ROBOTS, ProxiedSite
+from waiting import wait_until
 
 pytestmark = pytest.mark.browser
 
@@ -81,7 +82,7 @@ def drive(browser, site, name: str) -> None:
         browser.key("KeyW", True)
         return any(velocity.vx > 0 for _, velocity in robots[name].driven)
 
-    until(moves, f"{name} moves")
+    wait_until(moves, f"{name} moves")
     browser.key("KeyW", False)
     assert not any(velocity.vx for each, robot in robots.items() if each != name for _, velocity in robot.driven)
 
@@ -90,7 +91,7 @@ def drive(browser, site, name: str) -> None:
 def test_the_list_says_who_is_there_and_axe_finds_nothing(browser, theme):
     browser.tools.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": theme}])
     go(browser, browser.url)
-    until(lambda: states(browser) == ["there", "there"], "both robots are there")
+    wait_until(lambda: states(browser) == ["there", "there"], "both robots are there")
     assert violations(browser) == []
 
 
@@ -140,7 +141,7 @@ def test_a_robot_that_is_opened_in_another_tab_gets_the_way_in_too(browser, monk
     x, y = browser.place('a[href="ben/"]')
     for kind in ("mousePressed", "mouseReleased"):
         browser.tools.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, clickCount=1, **pressed)
-    until(lambda: pages() - before, "another tab")
+    wait_until(lambda: pages() - before, "another tab")
     (other,) = pages() - before
     assert browser.evaluate("location.pathname") == "/", "the list stays open"
     assert browser.evaluate("document.documentElement.outerHTML.includes('abc-DEF')") is False
@@ -170,7 +171,7 @@ def test_a_robot_that_goes_leaves_the_others_alone_and_comes_back_to_its_page(br
     site.stop_page("ben")
     drive(browser, site, "anna")
     open_list(browser)
-    until(lambda: states(browser) == ["there", "not there"], "the list says so")
+    wait_until(lambda: states(browser) == ["there", "not there"], "the list says so")
     assert violations(browser) == []
     browser.click('a[href="ben/"]')
     browser.until("document.querySelector('h1')?.textContent === 'This robot is not there now.'", "so does its page")
@@ -188,7 +189,7 @@ def test_a_proxy_that_was_killed_and_is_back_is_dialled_again(browser, site):
         drive(browser, site, "anna")
         site.proxy.kill()
         site.proxy.wait()
-        until(lambda: not site.pages["anna"].robots["Pepper"].velocity.vx, "the robot stands")
+        wait_until(lambda: not site.pages["anna"].robots["Pepper"].velocity.vx, "the robot stands")
         site.start_proxy()
         drive(browser, site, "anna")
     finally:

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 import tls_stream
-from page_in_process import PageInProcess, until
+from page_in_process import PageInProcess
 from page_server import ANNA
 from page_stranger import FORWARD, ask, drive
 from proxied_site import Client, ProxiedSite
+from waiting import wait_until
 from websockets.sync.client import connect
 
 from telepresence.page.attempts import MOST
@@ -75,8 +76,8 @@ def test_one_drives_by_the_proxy(client, site):
             socket.send(drive(number))
             return robot.velocity.vx == FORWARD[0]
 
-        until(drives, "the robot drives")
-    until(lambda: robot.velocity.vx == 0.0, "and stands when the browser has gone")
+        wait_until(drives, "the robot drives")
+    wait_until(lambda: robot.velocity.vx == 0.0, "and stands when the browser has gone")
 
 
 def test_tries_are_counted_by_the_browsers_address(client):

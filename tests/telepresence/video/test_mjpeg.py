@@ -8,11 +8,11 @@ import resource
 import select
 import socket
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 from flask import Flask, Response, request
+from waiting import wait_until
 
 from telepresence.video.images import LatestImage
 from telepresence.video.mjpeg import CONTENT_TYPE, MjpegStream, TooManyViewers
@@ -24,15 +24,6 @@ SIZE = 57_000  # bytes of a 640x480 picture at quality 80
 
 def picture(number: int) -> bytes:
     return b"%08d" % number + bytes(SIZE - 8)
-
-
-def eventually(condition: Callable[[], bool], timeout: float = 30.0) -> bool:
-    deadline = time.monotonic() + timeout
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.01)
-    return True
 
 
 class Viewer:
@@ -224,7 +215,7 @@ def test_a_viewer_that_takes_nothing_is_dropped() -> None:
         publisher = threading.Thread(target=publish)
         publisher.start()
         try:
-            assert eventually(lambda: studio.stream.viewers == 0)
+            wait_until(lambda: studio.stream.viewers == 0)
             assert studio.stream.stalled("stalled") is None
         finally:
             stop.set()
@@ -235,12 +226,12 @@ def test_viewers_that_leave_are_noticed_without_new_pictures() -> None:
     with Studio(resend_period=0.05) as studio:
         studio.put(0)
         viewers = [Viewer(studio.server) for _ in range(8)]
-        assert eventually(lambda: studio.stream.viewers == 8)
+        wait_until(lambda: studio.stream.viewers == 8)
         for number, viewer in enumerate(viewers):
             if number % 2:  # a reset instead of an orderly end
                 viewer.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
             viewer.close()
-        assert eventually(lambda: studio.stream.viewers == 0)
+        wait_until(lambda: studio.stream.viewers == 0)
         assert not studio.image._listeners, "nobody watches, yet every picture wakes the server"
 
 
@@ -266,7 +257,7 @@ def test_a_viewer_that_left_makes_room_for_another() -> None:
             viewer = Viewer(studio.server)
             assert viewer.status == 200
             viewer.close()
-            assert eventually(lambda: studio.stream.viewers == 0)
+            wait_until(lambda: studio.stream.viewers == 0)
 
 
 def test_a_head_request_takes_no_viewers_place() -> None:
@@ -276,7 +267,7 @@ def test_a_head_request_takes_no_viewers_place() -> None:
             client.request("HEAD", "/stream")
             assert client.getresponse().status == 200
             client.close()
-            assert eventually(lambda: studio.stream.viewers == 0)
+            wait_until(lambda: studio.stream.viewers == 0)
 
 
 def test_long_poll_answers_with_the_next_picture(studio: Studio) -> None:

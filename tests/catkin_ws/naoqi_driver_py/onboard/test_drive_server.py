@@ -21,13 +21,13 @@ ROBOT = Path(__file__).resolve().parents[4] / "catkin_ws" / "src" / "naoqi_drive
 
 
 @pytest.fixture
-def make_pilot(start, key, naoqi, motion, until_true) -> Iterator:
+def make_pilot(start, key, naoqi, motion, wait_until) -> Iterator:
     made: list[DriveLink] = []
 
     def make(*options: str, **environment: str) -> DriveLink:
         made.append(start(f"tcp://127.0.0.1:{naoqi.port}", *options, **environment).link(key))
-        until_true(lambda: state(made[-1]) == "no command", "the server has found NAOqi")
-        until_true(lambda: motion.names() == ["stopMove", "killMove"], "what was left behind does not go on")
+        wait_until(lambda: state(made[-1]) == "no command", "the server has found NAOqi")
+        wait_until(lambda: motion.names() == ["stopMove", "killMove"], "what was left behind does not go on")
         motion.calls.clear()
         return made[-1]
 
@@ -49,78 +49,78 @@ def test_what_runs_on_the_robot_is_also_python_2(maker):
     compile(maker.one_file(), "drive_server.py", "exec")
 
 
-def test_drives_brakes_hard_in_silence_and_gently_when_let_go(make_pilot, motion, until_true):
+def test_drives_brakes_hard_in_silence_and_gently_when_let_go(make_pilot, motion, wait_until):
     pilot = make_pilot()
-    drive(pilot, motion, until_true)
+    drive(pilot, motion, wait_until)
     assert motion.calls[-1] == ("move", 0.2, 0.0, 0.1)
     assert pilot.report()[0].allowed == ()
     pilot.release(hard=True)
-    until_true(lambda: motion.names() == ["move", "stopMove", "killMove"], "not standing, it is stopped at once")
+    wait_until(lambda: motion.names() == ["move", "stopMove", "killMove"], "not standing, it is stopped at once")
     motion.calls.clear()
-    drive(pilot, motion, until_true)
+    drive(pilot, motion, wait_until)
     motion.stands = True
     pilot.release()
-    until_true(lambda: motion.names() == ["move", "stopMove"], "it is let go")
+    wait_until(lambda: motion.names() == ["move", "stopMove"], "it is let go")
     motion.calls.clear()
-    drive(pilot, motion, until_true)
+    drive(pilot, motion, wait_until)
     motion.stands, pilot._session = False, None  # the pilot dies: no word more
     # A stop that came while `move` was unanswered is sent again, so that one may come before this.
-    until_true(lambda: motion.names()[-3:] == ["move", "stopMove", "killMove"], "nothing is heard from the pilot")
+    wait_until(lambda: motion.names()[-3:] == ["move", "stopMove", "killMove"], "nothing is heard from the pilot")
 
 
-def test_an_almotion_that_hangs_gets_no_second_velocity_and_the_reports_go_on(make_pilot, motion, until_true):
+def test_an_almotion_that_hangs_gets_no_second_velocity_and_the_reports_go_on(make_pilot, motion, wait_until):
     pilot = make_pilot()
     motion.hangs = True
-    drive(pilot, motion, until_true)
+    drive(pilot, motion, wait_until)
 
     def reported() -> bool:
         pilot.drive(-0.2, 0.0, 0.0)
         return state(pilot) == "fault" and "has not answered move" in pilot.report()[0].reason
 
-    until_true(reported, "the fault is reported")
+    wait_until(reported, "the fault is reported")
     assert len(motion.calls) == 1
     pilot.release(hard=True)
-    until_true(lambda: motion.names()[:3] == ["move", "stopMove", "killMove"], "silence brakes all the same")
-    until_true(lambda: motion.names()[3:] == ["stopMove", "killMove"], "again, once the velocity was answered")
+    wait_until(lambda: motion.names()[:3] == ["move", "stopMove", "killMove"], "silence brakes all the same")
+    wait_until(lambda: motion.names()[3:] == ["stopMove", "killMove"], "again, once the velocity was answered")
 
 
-def test_a_goal_is_reached_or_ended(make_pilot, motion, until_true):
+def test_a_goal_is_reached_or_ended(make_pilot, motion, wait_until):
     pilot = make_pilot()
     motion.stands = True
     pilot.go_to(0.5, 0.0, 1.0)
-    until_true(lambda: pilot.goal_state() == "driving", "it drives there")
-    until_true(lambda: motion.calls == [("moveTo", 0.5, 0.0, 1.0)], "once")
+    wait_until(lambda: pilot.goal_state() == "driving", "it drives there")
+    wait_until(lambda: motion.calls == [("moveTo", 0.5, 0.0, 1.0)], "once")
     motion.arrive(True)
-    until_true(lambda: pilot.goal_state() == "reached", "it is reached")
+    wait_until(lambda: pilot.goal_state() == "reached", "it is reached")
     pilot.go_to(0.5, 0.0, 1.0)
-    until_true(lambda: motion.names()[-1] == "moveTo" and pilot.goal_state() == "driving", "the next one")
+    wait_until(lambda: motion.names()[-1] == "moveTo" and pilot.goal_state() == "driving", "the next one")
     pilot.end_goal()
-    until_true(lambda: motion.names()[-1] == "stopMove", "nobody wants it any more")
+    wait_until(lambda: motion.names()[-1] == "stopMove", "nobody wants it any more")
 
 
-def test_stop_latches_until_it_is_reset_and_the_controls_are_let_go(make_pilot, motion, until_true):
+def test_stop_latches_until_it_is_reset_and_the_controls_are_let_go(make_pilot, motion, wait_until):
     pilot = make_pilot()
-    drive(pilot, motion, until_true)
+    drive(pilot, motion, wait_until)
     assert pilot.ask("stop").ok
-    until_true(lambda: state(pilot) == "stopped" and motion.names()[-1] != "move", "it stops")
+    wait_until(lambda: state(pilot) == "stopped" and motion.names()[-1] != "move", "it stops")
     assert pilot.ask("reset stop").ok
     pilot.drive(0.2, 0.0, 0.1)
     assert motion.names()[-1] != "move", "the key is still held"
     pilot.release()
-    until_true(lambda: state(pilot) == "no command", "the key is let go")
-    drive(pilot, motion, until_true)
+    wait_until(lambda: state(pilot) == "no command", "the key is let go")
+    drive(pilot, motion, wait_until)
 
 
-def test_over_a_network_every_motion_ends_by_itself(make_pilot, motion, until_true):
+def test_over_a_network_every_motion_ends_by_itself(make_pilot, motion, wait_until):
     pilot = make_pilot("--far")
-    drive(pilot, motion, until_true, "moveTo")
+    drive(pilot, motion, wait_until, "moveTo")
     x, y, theta, duration, _limits = [call for call in motion.calls if call[0] == "moveTo"][-1][1:]
     assert 0.0 < x < 0.1 and y == 0.0 and 0.0 < theta < 0.05 and 0.0 < duration < 1.0
     pilot.release()
-    until_true(lambda: motion.names()[-1] in ("stopMove", "killMove"), "it is let go")
+    wait_until(lambda: motion.names()[-1] in ("stopMove", "killMove"), "it is let go")
     assert "move" not in motion.names()
     pilot.go_to(1.0, 0.0, 0.0)
-    until_true(lambda: "the goal" in pilot.report()[0].reason, "a long motion is refused")
+    wait_until(lambda: "the goal" in pilot.report()[0].reason, "a long motion is refused")
     assert not any(call[1:2] == (1.0,) for call in motion.calls)
 
 
@@ -132,7 +132,7 @@ def test_a_far_velocity_keeps_its_direction_and_its_limit():
     assert dict(limits)["MaxVelXY"] == FAR_SPEED
 
 
-def test_without_naoqi_it_says_so_and_gives_signs_of_life(start, key, free_port, tmp_path, until_true):
+def test_without_naoqi_it_says_so_and_gives_signs_of_life(start, key, free_port, tmp_path, wait_until):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as station:
         station.bind(str(tmp_path / "notify"))
         station.settimeout(10)
@@ -140,8 +140,8 @@ def test_without_naoqi_it_says_so_and_gives_signs_of_life(start, key, free_port,
         assert station.recv(100) == b"WATCHDOG=1"
     stranger, pilot = server.link(None), server.link(key)
     try:
-        until_true(lambda: state(pilot) == "fault" and "NAOqi is not reachable" in pilot.report()[0].reason, "a fault")
-        until_true(lambda: "wants the robot's key" in stranger.problem, "nobody else gets in")
+        wait_until(lambda: state(pilot) == "fault" and "NAOqi is not reachable" in pilot.report()[0].reason, "a fault")
+        wait_until(lambda: "wants the robot's key" in stranger.problem, "nobody else gets in")
     finally:
         stranger.close()
         pilot.close()

@@ -53,14 +53,14 @@ def run_on(tmp_path) -> Iterator[Callable[..., subprocess.Popen]]:
 
 
 @pytest.mark.parametrize("url", ["tcp://{}:9559", "tcps://{}:9503"], ids=["tcp", "tls"])
-def test_after_a_cut_no_old_command_moves_the_robot(url, network, run_on, until_true, tmp_path):
+def test_after_a_cut_no_old_command_moves_the_robot(url, network, run_on, wait_until, tmp_path):
     here, (mine, robots) = Path(__file__).parent, network.machines
     certificate = [make_certificate(tmp_path, "pepper")] if url.startswith("tcps") else []
     robot = run_on(robots, here / "far_pepper.py", robots.address, *certificate)
     track: collections.deque[tuple[float, ...]] = collections.deque(maxlen=1000)
     reader = threading.Thread(target=lambda: track.extend(tuple(map(float, line.split())) for line in robot.stdout))
     reader.start()
-    until_true(lambda: track, "the robot is there")
+    wait_until(lambda: track, "the robot is there")
     server = run_on(mine, PACKAGE / "robot" / "drive_server.py", "--qi-url", url.format(robots.address), "--port", "0")
     said = next(line for line in server.stdout if "listens on udp" in line)
     pilot = run_on(mine, here / "far_pilot.py", said.rpartition(" ")[2].strip())
@@ -75,17 +75,17 @@ def test_after_a_cut_no_old_command_moves_the_robot(url, network, run_on, until_
         return math.dist(latest[0], latest[-1]) / 0.1
 
     drive("hold")
-    until_true(lambda: speed() > 0.15, "it drives")
+    wait_until(lambda: speed() > 0.15, "it drives")
     network.cut = True
     time.sleep(0.05)  # so that nothing on its way is let through
     drive("let go")
-    until_true(lambda: speed() < 1e-3, "it rests although nobody reaches it")
+    wait_until(lambda: speed() < 1e-3, "it rests although nobody reaches it")
     time.sleep(1.5)  # as long as cuts last that TCP survives
     rested = track[-1]
     network.cut = False
     time.sleep(1.5)  # in which nothing late may move it
     assert max(math.dist(rested, place) for place in list(track)[-150:]) < 1e-3
     drive("hold")
-    until_true(lambda: speed() > 0.15, "it drives again")
+    wait_until(lambda: speed() > 0.15, "it drives again")
     processes.end(robot, patience=10.0)
     reader.join(10.0)

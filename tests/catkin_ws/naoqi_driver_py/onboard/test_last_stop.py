@@ -18,32 +18,32 @@ from onboard_pepper import Motion, OnboardServer, children, connections, drive
 
 
 @pytest.mark.parametrize("end", [signal.SIGSTOP, signal.SIGKILL])
-def test_a_server_that_freezes_or_dies_leaves_no_velocity_behind(folder, naoqi, motion, key, until_true, end):
+def test_a_server_that_freezes_or_dies_leaves_no_velocity_behind(folder, naoqi, motion, key, wait_until, end):
     server = OnboardServer(folder, f"tcp://127.0.0.1:{naoqi.port}")
     pilot = server.link(key)
     try:
-        until_true(lambda: motion.names() == ["stopMove", "killMove"], "the server has found NAOqi")
-        drive(pilot, motion, until_true)
-        until_true(lambda: connections(naoqi.port) == 2, "both are connected")
-        drive(pilot, motion, until_true)
+        wait_until(lambda: motion.names() == ["stopMove", "killMove"], "the server has found NAOqi")
+        drive(pilot, motion, wait_until)
+        wait_until(lambda: connections(naoqi.port) == 2, "both are connected")
+        drive(pilot, motion, wait_until)
         server.process.send_signal(end)
-        until_true(lambda: motion.names()[-2:] == ["stopMove", "killMove"], "the second process stops the robot")
+        wait_until(lambda: motion.names()[-2:] == ["stopMove", "killMove"], "the second process stops the robot")
     finally:
         pilot.close()
         server.kill()
-    until_true(lambda: connections(naoqi.port) == 0, "the second process ends with the first")
+    wait_until(lambda: connections(naoqi.port) == 0, "the second process ends with the first")
 
 
 @pytest.mark.parametrize(("end", "befallen"), [(signal.SIGSTOP, "froze"), (signal.SIGKILL, "died")])
 def test_a_second_process_that_freezes_or_dies_is_told_of_and_replaced(
-    folder, naoqi, motion, key, until_true, end, befallen
+    folder, naoqi, motion, key, wait_until, end, befallen
 ):
     server = OnboardServer(folder, f"tcp://127.0.0.1:{naoqi.port}")
     pilot = server.link(key)
     try:
-        until_true(lambda: motion.names() == ["stopMove", "killMove"], "the server has found NAOqi")
-        until_true(lambda: connections(naoqi.port) == 2, "both are connected")
-        drive(pilot, motion, until_true)
+        wait_until(lambda: motion.names() == ["stopMove", "killMove"], "the server has found NAOqi")
+        wait_until(lambda: connections(naoqi.port) == 2, "both are connected")
+        drive(pilot, motion, wait_until)
         (first,) = children(server.process.pid)
         os.kill(first, end)
 
@@ -52,19 +52,19 @@ def test_a_second_process_that_freezes_or_dies_is_told_of_and_replaced(
             report = pilot.report()[0]
             return report.state == "fault" and befallen in report.reason and report.given[0] == pytest.approx(0.2)
 
-        until_true(told, "the pilot is told, and drives on")
-        until_true(lambda: children(server.process.pid) not in ([], [first]), "another one is there")
-        until_true(lambda: connections(naoqi.port) == 2, "it is connected")
+        wait_until(told, "the pilot is told, and drives on")
+        wait_until(lambda: children(server.process.pid) not in ([], [first]), "another one is there")
+        wait_until(lambda: connections(naoqi.port) == 2, "it is connected")
         motion.calls.clear()
-        drive(pilot, motion, until_true)
+        drive(pilot, motion, wait_until)
         server.process.send_signal(signal.SIGSTOP)
-        until_true(lambda: motion.names()[-2:] == ["stopMove", "killMove"], "it stops the robot")
+        wait_until(lambda: motion.names()[-2:] == ["stopMove", "killMove"], "it stops the robot")
     finally:
         pilot.close()
         server.kill()
 
 
-def test_the_second_process_stops_the_robot_for_a_server_that_has_lost_naoqi(folder, naoqi, motion, until_true):
+def test_the_second_process_stops_the_robot_for_a_server_that_has_lost_naoqi(folder, naoqi, motion, wait_until):
     program = [sys.executable, "-S", str(folder / "drive_server.py"), "--qi-url", f"tcp://127.0.0.1:{naoqi.port}"]
     second, begun = LastStop([*program, "--last-stop"]), time.monotonic()
 
@@ -74,17 +74,17 @@ def test_the_second_process_stops_the_robot_for_a_server_that_has_lost_naoqi(fol
         return second._heard < time.monotonic() and second._ready > begun
 
     try:
-        until_true(ready, "the second process runs")
+        wait_until(ready, "the second process runs")
         second.stop()
         second.note(False, time.monotonic())
-        until_true(lambda: motion.names() == ["stopMove", "killMove"], "the robot is stopped")
+        wait_until(lambda: motion.names() == ["stopMove", "killMove"], "the robot is stopped")
     finally:
         second.close()
 
 
-def test_a_server_ends_also_when_its_second_process_is_frozen(folder, naoqi, motion, until_true):
+def test_a_server_ends_also_when_its_second_process_is_frozen(folder, naoqi, motion, wait_until):
     server = OnboardServer(folder, f"tcp://127.0.0.1:{naoqi.port}")
-    until_true(lambda: connections(naoqi.port) == 2, "both are connected")
+    wait_until(lambda: connections(naoqi.port) == 2, "both are connected")
     (second,) = children(server.process.pid)
     os.kill(second, signal.SIGSTOP)
     assert server.end() == 0
@@ -92,7 +92,7 @@ def test_a_server_ends_also_when_its_second_process_is_frozen(folder, naoqi, mot
 
 
 @pytest.fixture
-def held_up(folder, free_port, tmp_path, until_true):
+def held_up(folder, free_port, tmp_path, wait_until):
     """A second process that owes a stop: its server was held up, and NAOqi is not there until `begin_naoqi`."""
     port, session, said = free_port(), qi.Session(), tmp_path / "said"
     program = [sys.executable, "-S", str(folder / "drive_server.py"), "--qi-url", f"tcp://127.0.0.1:{port}"]
@@ -107,20 +107,20 @@ def held_up(folder, free_port, tmp_path, until_true):
 
     try:
         second.note(True, time.monotonic())  # and nothing more
-        until_true(lambda: "trying again" in said.read_text(), "there is no link")
+        wait_until(lambda: "trying again" in said.read_text(), "there is no link")
         yield second, begin_naoqi
     finally:
         second.close()
         session.close()
 
 
-def test_what_could_not_be_called_is_called_when_naoqi_is_there(held_up, until_true):
+def test_what_could_not_be_called_is_called_when_naoqi_is_there(held_up, wait_until):
     _, begin_naoqi = held_up
     motion = begin_naoqi()
-    until_true(lambda: motion.names() == ["stopMove", "killMove"], "the robot is stopped")
+    wait_until(lambda: motion.names() == ["stopMove", "killMove"], "the robot is stopped")
 
 
-def test_a_stop_that_came_to_nothing_stops_nobody_who_drives_again(held_up, until_true):
+def test_a_stop_that_came_to_nothing_stops_nobody_who_drives_again(held_up, wait_until):
     """The server is back before the link."""
     second, begin_naoqi = held_up
     second.note(False, time.monotonic())
@@ -131,17 +131,17 @@ def test_a_stop_that_came_to_nothing_stops_nobody_who_drives_again(held_up, unti
         return second._ready > moment
 
     begun = time.monotonic()
-    until_true(lambda: ready_after(begun), "it has a link")
+    wait_until(lambda: ready_after(begun), "it has a link")
     connected = time.monotonic()
-    until_true(lambda: ready_after(connected + 3.0 * KILL_TIME), "for longer than between two tries")
+    wait_until(lambda: ready_after(connected + 3.0 * KILL_TIME), "for longer than between two tries")
     assert motion.names() == []
 
 
-def test_a_second_process_without_naoqi_is_no_safety(folder, free_port, until_true):
+def test_a_second_process_without_naoqi_is_no_safety(folder, free_port, wait_until):
     program = [sys.executable, "-S", str(folder / "drive_server.py"), "--qi-url", f"tcp://127.0.0.1:{free_port()}"]
     second = LastStop([*program, "--last-stop"])
     try:
-        until_true(lambda: not second.note(False, time.monotonic()) and second._heard < time.monotonic(), "it answers")
+        wait_until(lambda: not second.note(False, time.monotonic()) and second._heard < time.monotonic(), "it answers")
         now = time.monotonic()
         assert second.is_blind(now + START_TIME + 0.1, now) and not second.is_blind(now, now)
     finally:
@@ -158,13 +158,13 @@ def test_a_second_process_that_cannot_be_started_is_told_of_and_tried_again():
 
 
 @pytest.fixture
-def driving(folder, naoqi, motion, key, until_true):
+def driving(folder, naoqi, motion, key, wait_until):
     """A server whose robot drives, with its second process connected; the pilot goes on with `drive`."""
     server = OnboardServer(folder, f"tcp://127.0.0.1:{naoqi.port}")
     pilot = server.link(key)
     try:
-        until_true(lambda: connections(naoqi.port) == 2, "both are connected")
-        drive(pilot, motion, until_true)
+        wait_until(lambda: connections(naoqi.port) == 2, "both are connected")
+        drive(pilot, motion, wait_until)
         yield server, pilot
     finally:
         pilot.close()
@@ -189,7 +189,7 @@ def fill(pipe: int) -> None:
 
 @pytest.mark.parametrize("nobody", ["closed", "full"])
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP, signal.SIGTERM])
-def test_an_output_that_nobody_reads_holds_up_no_stop(driving, motion, until_true, nobody, end):
+def test_an_output_that_nobody_reads_holds_up_no_stop(driving, motion, wait_until, nobody, end):
     server, pilot = driving
     if nobody == "closed":
         server.process.stdout.close()
@@ -199,26 +199,26 @@ def test_an_output_that_nobody_reads_holds_up_no_stop(driving, motion, until_tru
     def drives_on() -> bool:
         refused(server.port)
         motion.calls.clear()
-        drive(pilot, motion, until_true)
+        drive(pilot, motion, wait_until)
         return server.process.poll() is None
 
     deadline = time.monotonic() + 2.5  # two lines, a second apart
-    until_true(lambda: drives_on() and time.monotonic() > deadline, "it serves")
+    wait_until(lambda: drives_on() and time.monotonic() > deadline, "it serves")
     server.process.send_signal(end)
     stops = ["stopMove"] if end is signal.SIGTERM else ["stopMove", "killMove"]
-    until_true(lambda: motion.names()[-len(stops) :] == stops, "the robot is stopped")
+    wait_until(lambda: motion.names()[-len(stops) :] == stops, "the robot is stopped")
     if end is signal.SIGTERM:
         assert server.process.wait(10) == 0
 
 
-def test_a_terminal_that_is_closed_ends_the_server_as_ctrl_c_does(driving, motion, until_true):
+def test_a_terminal_that_is_closed_ends_the_server_as_ctrl_c_does(driving, motion, wait_until):
     server, _ = driving
     server.process.send_signal(signal.SIGHUP)
     assert server.process.wait(10) == 0
     assert motion.names()[-1] in ("stopMove", "killMove")
 
 
-def test_nohup_keeps_it(folder, naoqi, until_true):
+def test_nohup_keeps_it(folder, naoqi, wait_until):
     with subprocess.Popen(
         ["nohup", sys.executable, "-S", str(folder / "drive_server.py"), "--port", "0",
          "--qi-url", f"tcp://127.0.0.1:{naoqi.port}"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,

@@ -56,31 +56,31 @@ def sender(run_onboard):
     return run_onboard("camera", "--port", "0", "--source", "test", "--rate", "15", "--size", "320x240")
 
 
-def test_pictures_come_with_their_age_and_end_when_nobody_wants_them(sender, make_camera, until_true):
+def test_pictures_come_with_their_age_and_end_when_nobody_wants_them(sender, make_camera, wait_until):
     camera = make_camera(sender.port, with_time=True)
-    until_true(lambda: camera.received > 5 and camera.age is not None, "pictures come")
+    wait_until(lambda: camera.received > 5 and camera.age is not None, "pictures come")
     assert camera.image.peek().content.shape == (240, 320, 3)
-    until_true(lambda: 0.0 < camera.age < 1.0, "soon after they were taken")
+    wait_until(lambda: 0.0 < camera.age < 1.0, "soon after they were taken")
     assert receivers(sender.port) == 1
     camera.want(False)
-    until_true(lambda: receivers(sender.port) == 0, "the receiver has left")
+    wait_until(lambda: receivers(sender.port) == 0, "the receiver has left")
     camera.want(True)
     before = camera.received
-    until_true(lambda: camera.received > before, "and is back")
+    wait_until(lambda: camera.received > before, "and is back")
 
 
-def test_three_receivers_see_and_a_fourth_is_told(sender, make_camera, until_true):
+def test_three_receivers_see_and_a_fourth_is_told(sender, make_camera, wait_until):
     cameras = [make_camera(sender.port) for _ in range(3)]
-    until_true(lambda: all(camera.received > 2 for camera in cameras), "three see")
+    wait_until(lambda: all(camera.received > 2 for camera in cameras), "three see")
     fourth = make_camera(sender.port)
-    until_true(lambda: "which is the limit" in fourth.problem, "the fourth is told why not")
+    wait_until(lambda: "which is the limit" in fourth.problem, "the fourth is told why not")
     cameras[0].want(False)
-    until_true(lambda: fourth.received > 2, "and sees when there is room")
+    wait_until(lambda: fourth.received > 2, "and sees when there is room")
 
 
 @pytest.mark.parametrize("offer", [b"", b"v=0\r\n", b"\xff\xfe", b"v=0\r\nm=video x y z\r\n" * 50])
-def test_nonsense_is_refused_and_leaves_nothing(sender, offer, until_true):
-    until_true(lambda: receivers(sender.port) == 0, "nobody is there")
+def test_nonsense_is_refused_and_leaves_nothing(sender, offer, wait_until):
+    wait_until(lambda: receivers(sender.port) == 0, "nobody is there")
     status, text = ask(sender.port, "POST", body=offer)
     assert status == 400
     assert text.strip()
@@ -94,52 +94,52 @@ def test_other_requests_are_refused(sender):
     assert ask(sender.port, "GET", "/")[0] == 404
 
 
-def test_a_killed_sender_is_noticed_and_its_successor_found(run_onboard, make_camera, until_true):
+def test_a_killed_sender_is_noticed_and_its_successor_found(run_onboard, make_camera, wait_until):
     first = run_onboard("camera", "--port", "0", "--source", "test", "--size", "320x240")
     camera = make_camera(first.port)
-    until_true(lambda: camera.received > 5, "pictures come")
+    wait_until(lambda: camera.received > 5, "pictures come")
     first.process.kill()
     killed = time.monotonic()
-    until_true(lambda: camera.problem, "silence is noticed")
+    wait_until(lambda: camera.problem, "silence is noticed")
     assert time.monotonic() - killed < SOON, "the library alone takes half a minute"
-    until_true(lambda: "does not answer" in camera.problem, "and named")
+    wait_until(lambda: "does not answer" in camera.problem, "and named")
     second = run_onboard("camera", "--port", str(first.port), "--source", "test", "--size", "320x240")
     started = time.monotonic()
-    until_true(lambda: not camera.problem, "pictures come again")
+    wait_until(lambda: not camera.problem, "pictures come again")
     assert time.monotonic() - started < SOON
     second.process.send_signal(signal.SIGTERM)
-    until_true(lambda: camera.problem, "a sender that ends says so")
+    wait_until(lambda: camera.problem, "a sender that ends says so")
     assert "has ended" in camera.problem or "does not answer" in camera.problem
     assert second.process.wait(20) == 0
 
 
-def test_a_frozen_sender_is_left_for_a_fresh_connection(run_onboard, make_camera, until_true):
+def test_a_frozen_sender_is_left_for_a_fresh_connection(run_onboard, make_camera, wait_until):
     sender = run_onboard("camera", "--port", "0", "--source", "test", "--size", "320x240")
     camera = make_camera(sender.port, with_time=True)
-    until_true(lambda: camera.received > 5, "pictures come")
+    wait_until(lambda: camera.received > 5, "pictures come")
     sender.process.send_signal(signal.SIGSTOP)
-    until_true(lambda: camera.problem, "silence is noticed")
+    wait_until(lambda: camera.problem, "silence is noticed")
     connections = camera.connections
     sender.process.send_signal(signal.SIGCONT)
-    until_true(lambda: camera.connections > connections and not camera.problem, "a new connection")
-    until_true(lambda: camera.age < 1.0, "not what was taken before")
+    wait_until(lambda: camera.connections > connections and not camera.problem, "a new connection")
+    wait_until(lambda: camera.age < 1.0, "not what was taken before")
 
 
-def test_the_robots_own_pictures_are_sent_on(simulation, run_onboard, make_camera, until_true):
+def test_the_robots_own_pictures_are_sent_on(simulation, run_onboard, make_camera, wait_until):
     sender = run_onboard("camera", "--port", "0", "--source", simulation.url)
     camera = make_camera(sender.port)
-    until_true(lambda: camera.received > 3, "pictures come")
+    wait_until(lambda: camera.received > 3, "pictures come")
     assert camera.image.peek().content.std() > 10, "the picture is not plain"
     assert json.loads(ask(sender.port)[1])["problem"] == ""
 
 
-def test_a_lost_camera_is_told(run_onboard, make_camera, free_port, until_true):
+def test_a_lost_camera_is_told(run_onboard, make_camera, free_port, wait_until):
     sender = run_onboard("camera", "--port", "0", "--source", f"127.0.0.1:{free_port()}")
     make_camera(sender.port)
-    until_true(lambda: "connection refused" in ask(sender.port)[1], "the reason is told")
+    wait_until(lambda: "connection refused" in ask(sender.port)[1], "the reason is told")
 
 
-def test_a_robot_without_a_camera_is_told_and_not_asked_for_ever(until_true, monkeypatch):
+def test_a_robot_without_a_camera_is_told_and_not_asked_for_ever(wait_until, monkeypatch):
     monkeypatch.setattr(picture_sources, "NO_NEWS_TIMEOUT", 0.3)
     asked = []
 
@@ -160,7 +160,7 @@ def test_a_robot_without_a_camera_is_told_and_not_asked_for_ever(until_true, mon
         threading.Thread(target=robot.serve_forever, daemon=True).start()
         source = open_source(f"127.0.0.1:{robot.server_address[1]}", 30.0, (640, 480))
         source.watch()
-        until_true(lambda: "plugged in" in source.problem, "the problem")
+        wait_until(lambda: "plugged in" in source.problem, "the problem")
         source.leave()
         source.close()
         count = len(asked)
@@ -169,7 +169,7 @@ def test_a_robot_without_a_camera_is_told_and_not_asked_for_ever(until_true, mon
         robot.shutdown()
 
 
-def test_a_camera_that_is_lost_again_and_again_is_soon_tried_again_after_each_picture(until_true, monkeypatch):
+def test_a_camera_that_is_lost_again_and_again_is_soon_tried_again_after_each_picture(wait_until, monkeypatch):
     monkeypatch.setattr(picture_sources, "SHORTEST_BACK_OFF", 0.001)
     monkeypatch.setattr(picture_sources, "LONGEST_BACK_OFF", 1e6)  # twenty failures in a row take seventeen minutes
     opened = []
@@ -182,15 +182,15 @@ def test_a_camera_that_is_lost_again_and_again_is_soon_tried_again_after_each_pi
     source = PictureSource("camera", open_camera)
     source.watch()
     try:
-        until_true(lambda: len(opened) > 20, "it is tried again")
+        wait_until(lambda: len(opened) > 20, "it is tried again")
     finally:
         source.close()
 
 
-def test_a_device_that_is_none_is_told(until_true):
+def test_a_device_that_is_none_is_told(wait_until):
     source = open_source("/dev/no_such_camera", 30.0, (640, 480))
     source.watch()
-    until_true(lambda: "does not open" in source.problem, "the problem")
+    wait_until(lambda: "does not open" in source.problem, "the problem")
     source.close()
 
 

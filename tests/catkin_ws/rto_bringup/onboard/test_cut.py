@@ -17,19 +17,19 @@ SOON = 10.0
 
 
 @pytest.fixture
-def link(network, drive_server, until_true):
+def link(network, drive_server, wait_until):
     made = DriveLink(f"127.0.0.1:{network.datagrams_to(drive_server.port)}")
-    until_true(lambda: not made.problem, "the drive server answers")
+    wait_until(lambda: not made.problem, "the drive server answers")
     yield made
     made.close()
 
 
 @pytest.fixture
-def camera(network, run_onboard, until_true):
+def camera(network, run_onboard, wait_until):
     sender = run_onboard("camera", "--port", "0", "--source", "test", "--rate", "20")
     made = WebrtcCamera(f"127.0.0.1:{network.signaling_to(sender.port)}")
     made.want(True)
-    until_true(lambda: made.received > 10, "pictures come")
+    wait_until(lambda: made.received > 10, "pictures come")
     yield made
     made.close()
 
@@ -42,7 +42,7 @@ def stopping(track):
 
 
 def test_a_cut_network_stops_the_robot_and_both_come_back(
-    simulation, network, link, camera, hold, watch_robot, until_true
+    simulation, network, link, camera, hold, watch_robot, wait_until
 ):
     """Other programs hold up those of a busy machine now and then: the best of a few cuts is what the robot does."""
     hold(link, 0.2, 0.0, 0.0)
@@ -50,19 +50,19 @@ def test_a_cut_network_stops_the_robot_and_both_come_back(
     while not any(seconds < 0.5 and 0.02 < metres < 0.1 for seconds, metres in tries):
         assert len(tries) < 4, f"(seconds, metres) after the cut: {tries}"
         network.join()
-        until_true(lambda: link.report()[0].given[0] > 0.19, "the robot drives")
-        until_true(lambda: simulation.robot.snapshot().odometry.vx > 0.19, "the wheels follow")
+        wait_until(lambda: link.report()[0].given[0] > 0.19, "the robot drives")
+        wait_until(lambda: simulation.robot.snapshot().odometry.vx > 0.19, "the wheels follow")
         network.cut()
         tries.append(stopping(watch_robot(simulation, 1.5)))
     assert network.dropped > 10
     assert "does not answer" in link.problem
-    until_true(lambda: camera.problem, "the lost picture is noticed")
+    wait_until(lambda: camera.problem, "the lost picture is noticed")
     received = camera.received
 
     network.join()
     back = time.monotonic()
-    until_true(lambda: camera.received > received + 2, "the picture is back")
+    wait_until(lambda: camera.received > received + 2, "the picture is back")
     assert time.monotonic() - back < SOON
-    until_true(lambda: link.report()[0].given[0] > 0.19, "the robot drives on, the key was held all the time")
+    wait_until(lambda: link.report()[0].given[0] > 0.19, "the robot drives on, the key was held all the time")
     assert time.monotonic() - back < SOON
     assert not link.problem

@@ -110,13 +110,13 @@ def source(camera: Camera) -> Iterator[PictureSource]:
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", ["unplugged", "frozen"])
 def test_a_dead_camera_shows_nothing_until_it_lives_again(
-    fault: str, camera: Camera, source: PictureSource, until_true: Callable
+    fault: str, camera: Camera, source: PictureSource, wait_until: Callable
 ) -> None:
     with receiver_of(source) as receiver:
         receiver.want(True)
-        until_true(lambda: receiver.received > 5, "pictures come")
+        wait_until(lambda: receiver.received > 5, "pictures come")
         camera.plugged.clear() if fault == "unplugged" else camera.frozen.set()
-        until_true(lambda: receiver.problem, "the receiver misses them")
+        wait_until(lambda: receiver.problem, "the receiver misses them")
         dials, sequence, got = receiver.connections, receiver.image.peek().sequence, []
         while receiver.connections < dials + 3:
             picture = receiver.image.wait_newer(sequence, 0.2)
@@ -127,41 +127,41 @@ def test_a_dead_camera_shows_nothing_until_it_lives_again(
         assert got == [], "pictures of a dead camera, by the age that they are given"
         camera.plugged.set()
         camera.frozen.clear()
-        until_true(lambda: not receiver.problem, "and live again")
+        wait_until(lambda: not receiver.problem, "and live again")
 
 
 @pytest.mark.slow
-def test_a_camera_that_works_is_seen_at_once(source: PictureSource, until_true: Callable) -> None:
+def test_a_camera_that_works_is_seen_at_once(source: PictureSource, wait_until: Callable) -> None:
     with receiver_of(source) as receiver:
         tries: list[float] = []  # s
         while not any(seconds < AT_ONCE for seconds in tries):
             assert len(tries) < TRIES, f"the first picture comes after {tries} s"
             began, before = time.monotonic(), receiver.received
             receiver.want(True)
-            until_true(lambda before=before: receiver.received > before, "a picture")
+            wait_until(lambda before=before: receiver.received > before, "a picture")
             tries.append(time.monotonic() - began)
             receiver.want(False)
-            until_true(lambda: source.image.peek() is None, "the camera is let go, and its picture with it")
+            wait_until(lambda: source.image.peek() is None, "the camera is let go, and its picture with it")
 
 
 @pytest.mark.slow
-def test_the_first_picture_of_a_connection_may_be_old(until_true: Callable) -> None:
+def test_the_first_picture_of_a_connection_may_be_old(wait_until: Callable) -> None:
     with receiver_of(Keeper()) as receiver:
         receiver.want(True)
-        until_true(lambda: receiver.connections > 2, "nothing new comes")
+        wait_until(lambda: receiver.connections > 2, "nothing new comes")
         assert receiver.received == 0 and receiver.image.peek() is None and receiver.problem
 
 
-def test_a_lost_camera_takes_its_picture_with_it(camera: Camera, source: PictureSource, until_true: Callable) -> None:
+def test_a_lost_camera_takes_its_picture_with_it(camera: Camera, source: PictureSource, wait_until: Callable) -> None:
     source.watch()
-    until_true(source.image.peek, "a picture")
+    wait_until(source.image.peek, "a picture")
     camera.plugged.clear()
-    until_true(lambda: source.problem, "the camera is lost")
+    wait_until(lambda: source.problem, "the camera is lost")
     assert source.image.peek() is None
 
 
-def test_a_camera_that_was_let_go_keeps_no_picture(source: PictureSource, until_true: Callable) -> None:
+def test_a_camera_that_was_let_go_keeps_no_picture(source: PictureSource, wait_until: Callable) -> None:
     source.watch()
-    until_true(source.image.peek, "a picture")
+    wait_until(source.image.peek, "a picture")
     source.leave()
-    until_true(lambda: source.image.peek() is None, "it is forgotten")
+    wait_until(lambda: source.image.peek() is None, "it is forgotten")

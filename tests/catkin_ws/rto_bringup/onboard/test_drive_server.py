@@ -21,13 +21,13 @@ from telepresence.safety import Latched, Odometry
 
 
 @pytest.fixture
-def make_link(until_true):
+def make_link(wait_until):
     made = []
 
     def make(port: int, name: str = "", rank: int = 0) -> DriveLink:
         link = DriveLink(f"127.0.0.1:{port}", name=name, rank=rank)
         made.append(link)
-        until_true(lambda: not link.problem, "the drive server answers")
+        wait_until(lambda: not link.problem, "the drive server answers")
         return link
 
     yield make
@@ -36,9 +36,9 @@ def make_link(until_true):
 
 
 @pytest.fixture
-def link(make_link, drive_server, simulation, until_true):
+def link(make_link, drive_server, simulation, wait_until):
     made = make_link(drive_server.port)
-    until_true(lambda: abs(simulation.robot.snapshot().odometry.vx) < 0.002, "the robot stands")
+    wait_until(lambda: abs(simulation.robot.snapshot().odometry.vx) < 0.002, "the robot stands")
     return made
 
 
@@ -50,13 +50,13 @@ def given(link):
     return link.report()[0].given
 
 
-def test_drives_and_lets_go_gently(link, hold, simulation, watch_robot, until_true):
+def test_drives_and_lets_go_gently(link, hold, simulation, watch_robot, wait_until):
     driving = hold(link, 0.2, 0.0, 0.0)
-    until_true(lambda: simulation.robot.snapshot().odometry.vx > 0.19, "the robot drives")
-    until_true(lambda: state(link) == "clear", "the gate lets it drive")
+    wait_until(lambda: simulation.robot.snapshot().odometry.vx > 0.19, "the robot drives")
+    wait_until(lambda: state(link) == "clear", "the gate lets it drive")
     driving.let_go()
     track = watch_robot(simulation, 1.2)
-    until_true(lambda: state(link) == "no command", "nobody drives")
+    wait_until(lambda: state(link) == "no command", "nobody drives")
     # 3 cm of the base's own ramp down to 0.12 m/s, and what a tick, a datagram and a write take; fast, 1 cm
     assert 0.025 < math.dist(track[0][1:], track[-1][1:]) < 0.09
 
@@ -93,111 +93,111 @@ def test_who_lets_go_gets_the_bases_own_ramp_until_it_is_slow(monkeypatch):
         assert written.count(AT_REST) == pytest.approx(1 + 100 * seconds, abs=1.1)
 
 
-def test_stop_latches_until_it_is_reset_and_the_key_let_go(link, hold, until_true):
+def test_stop_latches_until_it_is_reset_and_the_key_let_go(link, hold, wait_until):
     driving = hold(link, 0.0, 0.1, 0.0)
-    until_true(lambda: given(link)[1] > 0.09, "the robot drives")
+    wait_until(lambda: given(link)[1] > 0.09, "the robot drives")
     assert link.ask("stop").ok
-    until_true(lambda: state(link) == "stopped" and given(link) == (0.0, 0.0, 0.0), "the robot is stopped")
+    wait_until(lambda: state(link) == "stopped" and given(link) == (0.0, 0.0, 0.0), "the robot is stopped")
     assert link.ask("reset stop").ok
-    until_true(lambda: "Let go" in link.report()[0].reason, "the key is still held")
+    wait_until(lambda: "Let go" in link.report()[0].reason, "the key is still held")
     driving.let_go()
-    until_true(lambda: state(link) == "no command", "the key is let go")
+    wait_until(lambda: state(link) == "no command", "the key is let go")
     hold(link, 0.0, -0.1, 0.0)
-    until_true(lambda: given(link)[1] < -0.09, "the robot drives again")
+    wait_until(lambda: given(link)[1] < -0.09, "the robot drives again")
 
 
-def test_a_velocity_that_is_not_finite_stops_the_robot(link, until_true):
+def test_a_velocity_that_is_not_finite_stops_the_robot(link, wait_until):
     def drives():
         link.drive(0.0, 0.1, 0.0)
         return given(link)[1] > 0.05
 
-    until_true(drives, "the robot drives")
+    wait_until(drives, "the robot drives")
     with pytest.raises(ValueError, match="nan"):
         link.drive(math.nan, 0.0, 0.0)
     seq = link.report()[0].seq
-    until_true(lambda: link.report()[0].seq > seq + 1, "two more reports")
+    wait_until(lambda: link.report()[0].seq > seq + 1, "two more reports")
     assert given(link) == (0.0, 0.0, 0.0)
 
 
-def test_a_flood_of_noise_disturbs_nobody(link, drive_server, hold, until_true):
+def test_a_flood_of_noise_disturbs_nobody(link, drive_server, hold, wait_until):
     hold(link, 0.0, 0.1, 0.0)
-    until_true(lambda: given(link)[1] > 0.09, "the robot drives")
+    wait_until(lambda: given(link)[1] > 0.09, "the robot drives")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as noise:
         for count in range(2000):
             noise.sendto(b"\x00noise" * (count % 200), ("127.0.0.1", drive_server.port))
     seq = link.report()[0].seq
-    until_true(lambda: link.report()[0].seq > seq + 10, "reports go on")
-    until_true(lambda: given(link)[1] > 0.09 and not link.problem, "the robot drives on")
+    wait_until(lambda: link.report()[0].seq > seq + 10, "reports go on")
+    wait_until(lambda: given(link)[1] > 0.09 and not link.problem, "the robot drives on")
 
 
-def test_two_pilots(link, make_link, drive_server, hold, until_true):
+def test_two_pilots(link, make_link, drive_server, hold, wait_until):
     other = make_link(drive_server.port, "other@elsewhere")
     hold(link, 0.0, 0.1, 0.0)
-    until_true(lambda: given(link)[1] > 0.09, "the first drives")
+    wait_until(lambda: given(link)[1] > 0.09, "the first drives")
     driving = hold(other, 0.0, -0.1, 0.0)
-    until_true(lambda: "Another pilot drives" in other.report()[0].reason, "the second is told")
-    until_true(lambda: given(link)[1] > 0.09, "the first drives on")
+    wait_until(lambda: "Another pilot drives" in other.report()[0].reason, "the second is told")
+    wait_until(lambda: given(link)[1] > 0.09, "the first drives on")
     assert not other.ask("reset stop").ok
     assert other.ask("stop").ok, "anybody may stop"
-    until_true(lambda: state(link) == "stopped", "the robot is stopped")
+    wait_until(lambda: state(link) == "stopped", "the robot is stopped")
     assert not link.ask("reset stop").ok, "who pressed it resets it"
     assert other.ask("reset stop").ok
     driving.let_go()
 
 
-def test_leaves_the_robot_to_others_when_nobody_drives(link, simulation, hold, until_true):
+def test_leaves_the_robot_to_others_when_nobody_drives(link, simulation, hold, wait_until):
     """REST has no lock; a drive server that sent zeros for ever would be a bad neighbour."""
-    until_true(lambda: state(link) == "no command", "nobody drives")
+    wait_until(lambda: state(link) == "no command", "nobody drives")
     with_rest = RobotinoClient(simulation.url)
 
     def driven():
         with_rest.drive(0.0, 0.0, 0.3)
         return simulation.robot.snapshot().odometry.omega > 0.25
 
-    until_true(driven, "another client of the web server drives")
+    wait_until(driven, "another client of the web server drives")
     with_rest.drive(0.0, 0.0, 0.0)
     with_rest.close()
 
 
-def test_a_robot_whose_web_server_is_gone_is_a_fault_that_says_so(run_onboard, make_link, free_port, until_true):
+def test_a_robot_whose_web_server_is_gone_is_a_fault_that_says_so(run_onboard, make_link, free_port, wait_until):
     server = run_onboard("drive", "--port", "0", "--robot", f"127.0.0.1:{free_port()}")
     link = make_link(server.port)
-    until_true(lambda: "connection refused" in link.report()[0].reason, "the reason reaches the pilot")
+    wait_until(lambda: "connection refused" in link.report()[0].reason, "the reason reaches the pilot")
     assert state(link) == "fault"
     assert server.end() == 0
-    until_true(lambda: "no program listens" in link.problem, "the pilot learns that the server has ended")
+    wait_until(lambda: "no program listens" in link.problem, "the pilot learns that the server has ended")
 
 
-def test_a_terminated_server_stops_the_robot_first(simulation, run_onboard, make_link, hold, until_true):
+def test_a_terminated_server_stops_the_robot_first(simulation, run_onboard, make_link, hold, wait_until):
     server = run_onboard("drive", "--port", "0", "--robot", simulation.url)
     link = make_link(server.port)
     hold(link, 0.0, 0.0, 0.5)
-    until_true(lambda: simulation.robot.snapshot().odometry.omega > 0.4, "the robot turns")
+    wait_until(lambda: simulation.robot.snapshot().odometry.omega > 0.4, "the robot turns")
     server.process.send_signal(signal.SIGTERM)
     assert server.process.wait(5) == 0
-    until_true(lambda: abs(simulation.robot.snapshot().odometry.omega) < 0.01, "the robot stands")
+    wait_until(lambda: abs(simulation.robot.snapshot().odometry.omega) < 0.01, "the robot stands")
 
 
-def test_a_stop_outlasts_the_server_until_somebody_resets_it(simulation, run_onboard, make_link, until_true):
+def test_a_stop_outlasts_the_server_until_somebody_resets_it(simulation, run_onboard, make_link, wait_until):
     server = run_onboard("drive", "--port", "0", "--robot", simulation.url)
     link = make_link(server.port)
-    until_true(lambda: state(link) == "no command", "nothing is stopped")
+    wait_until(lambda: state(link) == "no command", "nothing is stopped")
     assert link.ask("stop").ok
-    until_true(lambda: state(link) == "stopped", "the robot is stopped")
+    wait_until(lambda: state(link) == "stopped", "the robot is stopped")
     began = link.report()[0].started
     server.process.kill()
     server.process.wait()
     server = run_onboard("drive", "--port", str(server.port), "--robot", simulation.url)
-    until_true(lambda: link.report()[0].started > began and state(link) == "stopped", "the next server is stopped, too")
+    wait_until(lambda: link.report()[0].started > began and state(link) == "stopped", "the next server is stopped, too")
     other = make_link(server.port, "other@elsewhere", rank=1)
     assert other.ask("reset stop").ok, "a higher rank resets it"
     seq = other.report()[0].seq
-    until_true(lambda: link.report()[0].seq > seq + 20, "a second passes")
+    wait_until(lambda: link.report()[0].seq > seq + 20, "a second passes")
     assert state(link) == "no command", "and nobody presses it again"
 
 
 def test_a_bump_and_a_stop_outlast_a_server_that_dies_and_whoever_pressed_it(
-    simulation, run_onboard, make_link, tmp_path, until_true
+    simulation, run_onboard, make_link, tmp_path, wait_until
 ):
     options = ("drive", "--robot", simulation.url, "--kept", str(tmp_path / "latched"), "--port")
 
@@ -208,7 +208,7 @@ def test_a_bump_and_a_stop_outlast_a_server_that_dies_and_whoever_pressed_it(
     server = run_onboard(*options, "0")
     link = make_link(server.port, "chief@elsewhere", rank=5)
     simulation.robot.press_bumper(True)
-    until_true(lambda: bumped(link), "the bumper is felt")
+    wait_until(lambda: bumped(link), "the bumper is felt")
     simulation.robot.press_bumper(False)
     assert link.ask("stop").ok
     link.close()
@@ -216,12 +216,12 @@ def test_a_bump_and_a_stop_outlast_a_server_that_dies_and_whoever_pressed_it(
     server.process.wait()
     server = run_onboard(*options, "0")
     other = make_link(server.port)
-    until_true(lambda: state(other) == "stopped", "what somebody stopped who has gone stays stopped")
+    wait_until(lambda: state(other) == "stopped", "what somebody stopped who has gone stays stopped")
     assert other.ask("reset stop").ok
-    until_true(lambda: state(other) == "no command", "the controls are let go")
-    until_true(lambda: bumped(other), "and the bump holds, too")
+    wait_until(lambda: state(other) == "no command", "the controls are let go")
+    wait_until(lambda: bumped(other), "and the bump holds, too")
     assert other.ask("reset bumper").ok
-    until_true(lambda: not bumped(other), "until it is reset")
+    wait_until(lambda: not bumped(other), "until it is reset")
     assert server.end() == 0
     assert not (tmp_path / "latched").exists(), "a server that ends in order keeps nothing"
 

@@ -25,26 +25,26 @@ def lines(caplog):
     return lambda: [record.getMessage() for record in caplog.records]
 
 
-def test_a_robot_that_starts_meanwhile_is_waited_for_without_a_line(lines, until_true):
+def test_a_robot_that_starts_meanwhile_is_waited_for_without_a_line(lines, wait_until):
     tries, patience = [], Patience()
     source = PictureSource("camera", lambda: tries.append(1) or asleep(), patience)
     source.watch()
     try:
-        until_true(lambda: len(tries) > 2, "it is asked again")
+        wait_until(lambda: len(tries) > 2, "it is asked again")
         assert source.problem == "connection refused" and lines() == []
         patience.over = True
-        until_true(lines, "now it has had its time")
+        wait_until(lines, "now it has had its time")
         asked = len(tries)
-        until_true(lambda: len(tries) > asked + 2, "it is asked again")
+        wait_until(lambda: len(tries) > asked + 2, "it is asked again")
         assert lines() == ["camera: connection refused; trying again"], "once"
     finally:
         source.close()
 
 
-def test_a_device_that_is_missing_is_named_at_once(lines, until_true):
+def test_a_device_that_is_missing_is_named_at_once(lines, wait_until):
     source = PictureSource("/dev/none", asleep)
     source.watch()
     try:
-        until_true(lines, "it is named")
+        wait_until(lines, "it is named")
     finally:
         source.close()

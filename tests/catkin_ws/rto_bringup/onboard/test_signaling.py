@@ -52,29 +52,29 @@ def ask(robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Call
 
 
 @pytest.mark.parametrize("role", SERVICES)
-def test_who_has_the_key_sees_and_talks(role: str, robot, ask: Callable, until_true: Callable) -> None:
+def test_who_has_the_key_sees_and_talks(role: str, robot, ask: Callable, wait_until: Callable) -> None:
     client = ask(role, robot[0])
-    until_true(lambda: client.connections and not client.problem, f"a connection; {client.problem}")
+    wait_until(lambda: client.connections and not client.problem, f"a connection; {client.problem}")
     client.close()
     again = ask(role, robot[0])
-    until_true(lambda: again.connections and not again.problem, "and another one: the first has given its place back")
+    wait_until(lambda: again.connections and not again.problem, "and another one: the first has given its place back")
 
 
 @pytest.mark.parametrize("role", SERVICES)
-def test_who_has_none_learns_what_is_missing(role: str, ask: Callable, until_true: Callable) -> None:
+def test_who_has_none_learns_what_is_missing(role: str, ask: Callable, wait_until: Callable) -> None:
     client = ask(role, None)
-    until_true(lambda: f"wants its key: ./stack pair {HOST}" in client.problem, "what to do")
+    wait_until(lambda: f"wants its key: ./stack pair {HOST}" in client.problem, "what to do")
     RobotKey.parse("ab" * 32).store(HOST)
-    until_true(
+    wait_until(
         lambda: f"another key than this machine: ./stack pair {HOST}" in client.problem, "that it is a wrong one"
     )
 
 
-def test_a_robot_elsewhere_gets_nothing_without_a_key(tmp_path: Path, monkeypatch, until_true: Callable) -> None:
+def test_a_robot_elsewhere_gets_nothing_without_a_key(tmp_path: Path, monkeypatch, wait_until: Callable) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     client = WebrtcCamera("192.0.2.7")  # nobody's: RFC 5737
     try:
         client.want(True)
-        until_true(lambda: client.problem == "there is no key for the robot at 192.0.2.7: ./stack pair 192.0.2.7", "so")
+        wait_until(lambda: client.problem == "there is no key for the robot at 192.0.2.7: ./stack pair 192.0.2.7", "so")
     finally:
         client.close()

@@ -55,10 +55,10 @@ def drive(base, seconds):
     return outcomes
 
 
-def test_a_slow_web_server_is_driven_evenly(robot, simulation, until_true):
+def test_a_slow_web_server_is_driven_evenly(robot, simulation, wait_until):
     robot.delay.update({WHEELS: 0.16, **dict.fromkeys(READINGS, 0.1)})
     with RobotinoBase(f"127.0.0.1:{robot.port}", laser=False) as base:
-        until_true(lambda: drive(base, PERIOD)[-1].given[0] > 0.09, "it drives")
+        wait_until(lambda: drive(base, PERIOD)[-1].given[0] > 0.09, "it drives")
         outcomes = drive(base, 3.0)
         faults = [outcome.reason for outcome in outcomes if outcome.state == "fault"]
         assert len(faults) < 0.1 * len(outcomes), faults
@@ -67,14 +67,14 @@ def test_a_slow_web_server_is_driven_evenly(robot, simulation, until_true):
     assert written(robot)[-1] == AT_REST
 
 
-def test_a_robot_that_is_switched_off_and_on_is_driven_on(free_port, until_true):
+def test_a_robot_that_is_switched_off_and_on_is_driven_on(free_port, wait_until):
     port = free_port()
     with RobotinoBase(f"127.0.0.1:{port}", laser=False) as base:
         for _ in range(2):
             with Simulation("empty", port=port) as robot:
-                until_true(lambda: drive(base, PERIOD)[-1].given[0] > 0.09, "it drives")
-                until_true(lambda: drive(base, PERIOD) and robot.robot.snapshot().odometry.vx > 0.09, "the wheels turn")
-            until_true(lambda: drive(base, PERIOD)[-1].state == "fault", "its loss is noticed")
+                wait_until(lambda: drive(base, PERIOD)[-1].given[0] > 0.09, "it drives")
+                wait_until(lambda: drive(base, PERIOD) and robot.robot.snapshot().odometry.vx > 0.09, "the wheels turn")
+            wait_until(lambda: drive(base, PERIOD)[-1].state == "fault", "its loss is noticed")
 
 
 def test_deciding_never_waits_for_the_web_server(robot, writer, wait_until):
