@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from waiting import wait_until
 
 from telepresence import temporary_folder
 from telepresence.station import processes, station_folder, virtual_display
@@ -42,10 +43,12 @@ def start() -> tuple[subprocess.Popen, int, Path]:
         [sys.executable, "-c", STATION, station_folder.VARIABLE], stdout=subprocess.PIPE, text=True
     )
     child, folder = station.stdout.readline().split()
+    # Popen returns before the kernel has given the program its environment.
+    wait_until(lambda: station_folder.belongs(int(child), Path(folder)), "the program has begun")
     return station, int(child), Path(folder)
 
 
-def test_only_what_a_killed_station_left_is_swept(temporary, wait_until):
+def test_only_what_a_killed_station_left_is_swept(temporary):
     living, kept, there = start()
     killed, orphan, gone = start()
     assert list(gone.glob("pepper-disk-*"))
