@@ -136,7 +136,7 @@ def test_names_are_tried_out_by_joining(graph):
     assert graph.probe("anna") == graph.probe("nobody")
 
 
-def test_joins_without_proof_lock_everybody_out(graph, wait_until):
+def test_joins_without_proof_lock_everybody_out(graph):
     """However many join and prove nothing, a pilot joins at once, and the lease keeps its pace meanwhile."""
 
     def keeps_its_pace() -> bool:

@@ -383,7 +383,7 @@ def test_a_page_commands_the_robot(pilot, attacker, robot, outputs, site, way):
     assert outputs() == OFF
 
 
-def test_a_page_drives_the_robot(pilot, attacker, robot, wait_until):
+def test_a_page_drives_the_robot(pilot, attacker, robot):
     pilot.open(f"http://localhost:{attacker.server_port}/")
     before = json.loads(robot.ask("/data/odometry")[1])
     drive = WAYS["fetch"].format(url=json.dumps(f"http://127.0.0.1:{robot.port}/data/omnidrive"), body="'[0.3, 0, 0]'")

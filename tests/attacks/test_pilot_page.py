@@ -398,7 +398,7 @@ def evil() -> Iterator[Attacker]:
         ),
     ],
 )  # fmt: skip
-def test_a_page_in_the_pilot_s_browser(station, pilots, evil, wait_until, script):
+def test_a_page_in_the_pilot_s_browser(station, pilots, evil, script):
     pilots.open(f"http://evil.example:{evil.server_port}/")
     got = pilots.run(
         f"const PAGE = '{station.page.url}'; Promise.resolve({script}).catch((error) => '')".replace("const", "var")

@@ -183,7 +183,7 @@ def test_session_start_connects_and_says_with_what(session, wait_until, album):
 
 
 @presses("sessionButton")
-def test_session_start_alone_brings_the_programs_up(session, wait_until):
+def test_session_start_alone_brings_the_programs_up(session):
     session.start_robot()
     session.stop()
     before = session.desk.window.output.count(LINE)

@@ -120,7 +120,7 @@ def test_the_window_does_without_opengl_and_keeps_no_program_of_its_terminal_fro
 
 
 def test_a_held_key_drives_for_as_long_as_it_is_held_and_then_the_robot_stands(
-    signed_in, desk, station, wait_until, assert_held_key_drives
+    signed_in, desk, station, assert_held_key_drives
 ):
     """The pilot drives at a speed from which Pepper's brakes, 0.3 m/s each second, need less time than the 0.3 s."""
     desk.set_speed(SLOW)

@@ -148,7 +148,7 @@ def test_roscore_start_types_the_reports_line_into_the_terminal(screen, wait_unt
     wait_until(lambda: "this window connects when they answer" in window.output, "it waits for what is being started")
 
 
-def test_the_old_command_line(screen, wait_until):
+def test_the_old_command_line(screen):
     window = screen.open_window(program=("sh", "-c", f"cd {GUI_FOLDER} && exec python3 gui_main.py --no-sign-in"))
     processes.send(window.process.pid, signal.SIGTERM)
     assert window.process.wait(15) == 0

@@ -95,7 +95,7 @@ def test_signatures_are_those_of_the_real_robot(session):
     } <= found
 
 
-def test_random_malformed_calls_leave_the_robot_still_and_the_server_alive(naoqi, connect, wait_until):
+def test_random_malformed_calls_leave_the_robot_still_and_the_server_alive(naoqi, connect):
     dice = random.Random(20)
     client = connect()
     calls = []

@@ -228,7 +228,7 @@ def test_robot_stops_by_itself(make_client, wait_until, watchdog):
         assert client.get("/data/odometry")[:3] == rested
 
 
-def test_a_client_at_five_hertz_and_a_bit_keeps_it_moving(client, simulation, wait_until):
+def test_a_client_at_five_hertz_and_a_bit_keeps_it_moving(client, simulation):
     """Resending every 150 ms leaves the watchdog 50 ms; speed must not drop, but while the client is held up."""
 
     def usual_speed():

@@ -286,7 +286,7 @@ def test_another_program_of_the_robot_calls_our_service_where_we_listen(naoqi, w
     wait_until(lambda: listening() == before, "nothing listens any more")
 
 
-def test_a_port_that_is_taken_leaves_our_connection(naoqi, wait_until, caplog):
+def test_a_port_that_is_taken_leaves_our_connection(naoqi, caplog):
     with socket.create_server(("127.0.0.1", 0)) as other:
         url = f"tcp://127.0.0.1:{other.getsockname()[1]}"
         with Connection(Address.parse("127.0.0.1", naoqi.port), listen=url) as link:

@@ -343,7 +343,7 @@ def test_a_driver_that_was_started_alone_ends_when_its_own_drive_server_dies(sta
     assert "the drive server that this driver had started has ended" in node.output
 
 
-def test_unreachable_robot_is_reported_once_without_a_traceback(graph, wait_until):
+def test_unreachable_robot_is_reported_once_without_a_traceback(graph):
     node = graph.run(str(graph.workspace / "lib/naoqi_driver_py/naoqi_joint_states.py"), "--pport=1", "__name:=lonely")
     node.wait_for(r"cannot reach the robot at tcp://127\.0\.0\.1:1: .*Connection refused")
     assert node.end() == 0

@@ -103,7 +103,7 @@ def red_stop(graph, probe, wait_until):
         publisher.end()
 
 
-def test_the_red_stop_ends_a_motion_and_refuses_the_next(graph, probe, red_stop, wait_until):
+def test_the_red_stop_ends_a_motion_and_refuses_the_next(graph, probe, red_stop):
     url = f"tcp://127.0.0.1:{graph.robot_port}"
     pilot = graph.run(sys.executable, str(PROGRAMS / "withdrawn_goal.py"), url, "joint_trajectory", "--wait")
     pilot.wait_for("the robot moves")
@@ -166,7 +166,7 @@ def test_the_red_stop_holds_the_joints_of_a_robot_in_a_namespace(graph, probe):
         controller.wait_for(refusal)
 
 
-def test_a_pose_of_a_robot_in_a_namespace_stops_its_base(graph, probe, wait_until):
+def test_a_pose_of_a_robot_in_a_namespace_stops_its_base(graph, probe):
     """Its service is asked for by the name that it has there."""
     graph.run("rosparam", "set", "/p1/pepper_is_here", "true").process.wait(30)
     poses = graph.workspace.parent / "src" / "naoqi_pose" / "config" / "pepper_poses.yaml"

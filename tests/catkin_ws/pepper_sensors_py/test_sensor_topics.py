@@ -43,7 +43,7 @@ def probe(graph, front):
     return graph.probe()
 
 
-def test_camera_is_idle_while_nobody_looks(probe, video, front, wait_until):
+def test_camera_is_idle_while_nobody_looks(probe, video, front):
     front.wait_for("connected")
     assert video.getSubscribers() == []
     probe.watch(
@@ -124,7 +124,7 @@ def test_lasers(probe):
     assert probe.latest("/laser/shovel/pointcloud")[:2] == ["SurroundingFrontLaser_frame", 12]
 
 
-def test_restarted_camera_node_removes_what_it_left(graph, probe, front, video, wait_until):
+def test_restarted_camera_node_removes_what_it_left(graph, probe, front, video):
     probe.latest("/front/image_raw")
     front.kill()
     assert any("front" in name for name in video.getSubscribers())

@@ -112,7 +112,7 @@ def test_the_window_shows_the_camera_by_webrtc(station, wait_until):
     assert "/rto3/safe_omni_drive" not in nodes, "one gate, on the robot"
 
 
-def test_the_pictures_age_is_measured_on_demand(station, graph, wait_until):
+def test_the_pictures_age_is_measured_on_demand(station, graph):
     port = station.ports["camera_port"]
     station.probe.watch("/picture_age", "std_msgs/Float32", ["data"])
     node = graph.run(
@@ -215,7 +215,7 @@ def test_a_stop_outlasts_the_drive_server(station, graph, wait_until):
     wait_until(lambda: station.safety() == "no command", "the stop is reset")
 
 
-def test_copy_and_paste_as_in_the_guide(station, graph, wait_until):
+def test_copy_and_paste_as_in_the_guide(station, graph):
     """A person carries a line from the sender's terminal to the receiver's, and one back."""
 
     def start(*argv: str) -> subprocess.Popen:

@@ -119,7 +119,7 @@ def test_drives_and_sets_outputs(client, simulation, wait_until):
     assert client.digital_outputs() == (True,) * 8 and client.relays() == (False, True)
 
 
-def test_no_laser_is_none(wait_until):
+def test_no_laser_is_none():
     with Simulation(scene="empty", port=0) as simulation:
         assert RobotinoClient(simulation.url).scan() is None
 

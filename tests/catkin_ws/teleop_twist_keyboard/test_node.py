@@ -48,7 +48,7 @@ def start(open_terminal, wait_until, listener, *argv):
     return terminal
 
 
-def test_without_a_terminal_it_lives_and_publishes_nothing(ros_master, run_program, wait_until, listener):
+def test_without_a_terminal_it_lives_and_publishes_nothing(ros_master, run_program, listener):
     node = run_program(*GUIDES_RUN, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
     assert "no terminal" in node.stdout.readline()
     assert "roslaunch teleop_twist_keyboard" in node.stdout.readline()

@@ -38,7 +38,7 @@ def test_keys_arrive_one_by_one_without_echo(reader, wait_until):
     assert "ready\r\nkey 'i'\r\nkey 'up'\r\n" == reader.seen
 
 
-def test_the_terminal_is_put_back(reader, wait_until):
+def test_the_terminal_is_put_back(reader):
     reader.type("q")
     assert reader.process.wait(10) == 0
     assert reader.echoes() and reader.takes_lines()

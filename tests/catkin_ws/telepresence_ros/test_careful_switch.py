@@ -18,7 +18,7 @@ CASES = {
 }
 
 
-def test_what_counts_until_somebody_switches(graph, wait_until):
+def test_what_counts_until_somebody_switches(graph):
     probe = graph.probe()
     for number, (program, *parameters) in enumerate(CASES):
         graph.run(str(graph.workspace / "lib" / program), *parameters, f"__ns:=/r{number}")
@@ -31,7 +31,7 @@ def test_what_counts_until_somebody_switches(graph, wait_until):
 
 @pytest.mark.parametrize("program", ["rto_node/rto_drive_link", "rto_safe_teleop/safe_omni_drive"])
 @pytest.mark.parametrize("chosen", [True, False])
-def test_a_choice_outlives_the_program_and_is_no_default(graph, wait_until, program, chosen):
+def test_a_choice_outlives_the_program_and_is_no_default(graph, program, chosen):
     space = f"/{program.partition('/')[2]}_{chosen}"
     argv = (str(graph.workspace / "lib" / program), f"__ns:={space}")
     node, probe = graph.run(*argv), graph.probe()

@@ -64,7 +64,7 @@ def test_what_is_no_urdf_is_refused(text):
 
 
 @pytest.mark.ros
-def test_a_prefix_that_the_drivers_do_not_use_splits_no_tree(graph, wait_until):
+def test_a_prefix_that_the_drivers_do_not_use_splits_no_tree(graph):
     graph.run("rosparam", "set", "/p/robot_description", ARM).process.wait(30)
     graph.run("rosparam", "set", "/p/tf_prefix", "left").process.wait(30)
     probe = graph.probe()

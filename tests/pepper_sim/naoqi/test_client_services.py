@@ -178,7 +178,7 @@ def test_a_client_that_is_stopped_delays_no_other_ones_first_call(clients, stopp
     assert (asked.action, stopped.receive().identity) == (2, 77), "it was asked once, and called by nobody"
 
 
-def test_calls_that_waited_for_the_client_arrive_in_their_order(clients, qi, wait_until):
+def test_calls_that_waited_for_the_client_arrive_in_their_order(clients, qi):
     """The client is asked what its service is like by the first of them."""
     ears, session = _Ears(), qi.Session()
     session.connect(clients.url)

@@ -149,7 +149,7 @@ def walker(qi):
         client.close()
 
 
-def test_a_posted_call_runs_while_its_caller_goes_on(walker, wait_until):
+def test_a_posted_call_runs_while_its_caller_goes_on(walker):
     service, client = walker
     numbers = [client.pCall(["walk", 1]), client.pCall(["walk", "home"])]
     assert len(set(numbers)) == 2 and [client.isRunning(number) for number in numbers] == [True, True]

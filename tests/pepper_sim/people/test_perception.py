@@ -291,7 +291,7 @@ def test_awareness_tracks_a_person_and_opens_a_session(naoqi, stranger, data, ev
     naoqi.ALPeoplePerception.setTimeBeforePersonDisappears(4.0)
 
 
-def test_stimuli_turn_the_head_and_a_pause_does_not(naoqi, stranger, wait_until):
+def test_stimuli_turn_the_head_and_a_pause_does_not(naoqi, stranger):
     awareness = naoqi.ALBasicAwareness
     awareness.setEnabled(True)
     assert awareness.triggerStimulus([0.5, 1.0, 1.1]) == -1

@@ -103,7 +103,7 @@ def test_what_a_text_started_ends_with_it(naoqi, wait_until):
     wait_until(lambda: not motion.getTaskList(), "it has put the guitar away")
 
 
-def test_words_are_linked_with_tags(naoqi, refused, simulation, wait_until):
+def test_words_are_linked_with_tags(naoqi, refused, simulation):
     movement = naoqi.ALSpeakingMovement
     service = next(s for s in simulation.server.catalogue.services if s.name == "ALSpeakingMovement")
     assert [tag for _, tag in service._marks("I like you?")] == ["self", "user", "interrogative"]

@@ -75,7 +75,7 @@ def slow_browser(monkeypatch) -> Iterator[type[SlowBrowser]]:
     SlowBrowser.may_start.set()
 
 
-def test_the_tablet_is_used_while_its_browser_starts(slow_browser, make_glass, wait_until) -> None:
+def test_the_tablet_is_used_while_its_browser_starts(slow_browser, make_glass) -> None:
     glass = make_glass("chromium")
     glass.open("http://127.0.0.1/first")
     assert slow_browser.begun.wait(30)

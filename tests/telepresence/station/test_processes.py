@@ -70,7 +70,7 @@ def test_a_tied_program_that_does_not_exist_is_told_at_once():
         processes.start(["no-such-program"], tied=True)
 
 
-def test_orphans_in_sessions_of_their_own_are_ended(wait_until):
+def test_orphans_in_sessions_of_their_own_are_ended():
     parent = (
         "import subprocess, os, signal;"
         "child = subprocess.Popen(['sleep', '60'], start_new_session=True);"

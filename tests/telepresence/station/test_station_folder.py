@@ -110,7 +110,7 @@ def test_another_users_link_is_left_alone(temporary):
     assert (temporary / "precious").is_dir()
 
 
-def test_a_program_that_ignores_the_request_is_killed(temporary, monkeypatch, wait_until):
+def test_a_program_that_ignores_the_request_is_killed(temporary, monkeypatch):
     monkeypatch.setattr(station_folder, "PATIENCE", 0.1)
     stubborn = (
         "import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('ready', flush=True); signal.pause()"

@@ -211,14 +211,14 @@ def test_an_output_that_nobody_reads_holds_up_no_stop(driving, motion, wait_unti
         assert server.process.wait(10) == 0
 
 
-def test_a_terminal_that_is_closed_ends_the_server_as_ctrl_c_does(driving, motion, wait_until):
+def test_a_terminal_that_is_closed_ends_the_server_as_ctrl_c_does(driving, motion):
     server, _ = driving
     server.process.send_signal(signal.SIGHUP)
     assert server.process.wait(10) == 0
     assert motion.names()[-1] in ("stopMove", "killMove")
 
 
-def test_nohup_keeps_it(folder, naoqi, wait_until):
+def test_nohup_keeps_it(folder, naoqi):
     with subprocess.Popen(
         ["nohup", sys.executable, "-S", str(folder / "drive_server.py"), "--port", "0",
          "--qi-url", f"tcp://127.0.0.1:{naoqi.port}"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,

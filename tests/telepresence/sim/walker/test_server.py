@@ -103,7 +103,7 @@ def test_movement_commands_reach_it_beside_the_wire(simulation: Simulation, wait
         assert feed.image.wait_newer(0, timeout=20.0).content.shape == (480, 640, 3)
 
 
-def test_the_program_announces_its_address_and_ends_on_sigterm(run_program: Callable, wait_until: Callable):
+def test_the_program_announces_its_address_and_ends_on_sigterm(run_program: Callable):
     program = run_program(
         *(sys.executable, "-m", "telepresence.sim.walker", "--port", "0", "--terrain", "rough", "--gait", "crawl"),
         stdout=subprocess.PIPE,
