@@ -112,7 +112,7 @@ def _infrared(source: RangeSource, batch: Batch, pose: np.ndarray, rng: np.rando
     across = np.stack([-source.directions[:, 1], source.directions[:, 0]], axis=1) * BEAM_HALF_WIDTH
     origins = np.concatenate([source.origins - across, source.origins, source.origins + across])
     origins, directions = _placed(origins, np.tile(source.directions, (3, 1)), pose)
-    distance = cast(batch, origins, directions, 0.45).reshape(len(pose), 3, source.beams).min(1)
+    distance = cast(batch, origins, directions, batch.infrared_reach).reshape(len(pose), 3, source.beams).min(1)
     noise = rng.standard_normal(distance.shape)
     finite = np.where(np.isfinite(distance), distance, NOTHING)
     read = finite + noise * SIGMA * (1.0 + np.clip((finite - 0.30) / 0.10, 0.0, 1.0))

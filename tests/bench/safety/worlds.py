@@ -31,6 +31,8 @@ BEFORE_DOOR = 0.6
 """Pilots go to this distance before a door, then through it [m]."""
 NOWHERE = 1e3
 """Padding lies here [m]."""
+INFRARED_REACH = 0.45
+"""How far Robotino's infrared sensors see [m]; the vendor promises 0.30."""
 
 
 @dataclass
@@ -179,14 +181,17 @@ def _choose_ways(place: Place, rng: np.random.Generator, radius: float) -> bool:
 class Batch:
     """Many places side by side, with people who walk.
 
+    Args:
+        infrared_reach: How far infrared sensors see there [m].
     Attributes (S places; padded):
         circle (S, C, 3): x, y, radius [m]; circle_kind (S, C); circle_speed (S, C, 2) [m/s], zero for things.
         segment (S, W, 4); segment_kind (S, W).
         start (S, 3); goals (S, GOALS, 2).
     """
 
-    def __init__(self, places: list[Place], seed: int) -> None:
+    def __init__(self, places: list[Place], seed: int, infrared_reach: float = INFRARED_REACH) -> None:
         self.places = places
+        self.infrared_reach = infrared_reach
         count = len(places)
         people = max(len(p.walkers) for p in places)
         things = max(len(p.circles) for p in places)

@@ -13,7 +13,9 @@ QUICK = dict(late=2, rising=3.14, falling=3.14)
 """A Robotino as its own configuration has it; `late` in ticks, the rest in rad/s²."""
 SLOW = dict(late=5, rising=0.919, falling=2.67)
 """One over Wi-Fi, as a lab has measured it (hsbi-robotino-navigation, motion.yaml: 0.216 s)."""
-SIGHT, REACTION, BRAKING = 0.36, 0.20, 0.35
+LIMITS = ROBOTINO.limits
+SIGHT = 0.40 - LIMITS.margin_ahead
+"""[m]"""
 
 
 class Body:
@@ -40,7 +42,7 @@ class Body:
         return headings
 
     def fastest(self):
-        return self.swing.fastest(SIGHT, REACTION, BRAKING)
+        return self.swing.fastest(SIGHT, LIMITS.reaction, LIMITS.braking)
 
 
 @pytest.mark.parametrize("dynamics", [QUICK, SLOW], ids=["quick", "slow"])
@@ -58,7 +60,7 @@ def test_a_robot_drives_no_faster_than_its_body_looks_from_side_to_side():
     quick, slow = Body(**QUICK), Body(**SLOW)
     quick.drive(6.0)
     slow.drive(6.0)
-    assert quick.fastest() > ROBOTINO.limits.max_speed > 0.19 > slow.fastest() > 0.12
+    assert quick.fastest() > LIMITS.max_speed > 0.19 > slow.fastest() > 0.12
 
 
 def test_a_robot_drives_slower_until_its_body_has_looked_to_both_sides():
@@ -94,12 +96,44 @@ def test_a_body_that_cannot_turn_slows_the_robot():
     assert body.fastest() < 0.5 * before
 
 
+class Drive:
+    """A gate whose sensors see nothing, and a body that turns when the test says so."""
+
+    def __init__(self):
+        self.gate = VelocityGate(ROBOTINO, careful=True)
+        self.ticks, self.began, self.theta = 0, 0.0, 0.0
+
+    def go(self, ticks, turning=0.0, silent=False):
+        """Go on at full speed; `turning` rad in each tick. Return the last decision."""
+        for _ in range(ticks):
+            self.ticks += 1
+            self.theta += turning
+            now = self.began + TICK * self.ticks
+            if not silent:
+                self.gate.update_ranges("infrared", now, [0.41 + 0.001 * (self.ticks % 3)] * 9)
+            decision = self.gate.step(now, Command(0.2, 0.0, 0.0, now), Odometry(0.0, 0.0, self.theta, now))
+        return decision
+
+
+def test_what_the_body_turns_while_the_sensors_are_silent_is_no_looking():
+    turned, stood = Drive(), Drive()
+    for drive, turning in ((turned, 0.025), (stood, 0.0)):
+        drive.go(20)
+        assert drive.go(40, turning, silent=True).state is State.SENSOR_STALE
+    assert turned.go(12).speed == stood.go(12).speed > 0.05
+
+
+def test_what_was_looked_at_before_the_clock_went_back_does_not_count():
+    drive, fresh = Drive(), Drive()
+    drive.began = 5000.0
+    drive.go(40, 0.03)
+    drive.began -= 4000.0
+    assert drive.go(1).state is State.FAULT
+    assert drive.go(12).speed == fresh.go(12).speed > 0.05
+
+
 def test_the_pilot_is_told_why_it_is_slower_until_the_scan_has_looked():
-    gate = VelocityGate(ROBOTINO, careful=True)
-    for number in range(1, 20):
-        now = TICK * number
-        gate.update_ranges("infrared", now, [0.41 + 0.001 * (number % 3)] * 9)
-        decision = gate.step(now, Command(0.2, 0.0, 0.0, now), Odometry(0.0, 0.0, 0.0, now))
+    decision = Drive().go(20)
     assert decision.speed < 0.17 and decision.state is State.LIMITED
     assert decision.reason == f"Slowed to {decision.speed:.2f} m/s: the careful scan must have looked there first."
 

@@ -37,6 +37,10 @@ def test_careful_scan_meets_thin_legs_before_the_robot_does(robot):
     assert thin_legs(robot, 0.20, 40, SEED).max(initial=0.0) < 0.05
 
 
+def test_careful_scan_meets_thin_legs_slowly_with_sensors_that_see_no_farther_than_promised():
+    assert thin_legs(MEASURED_ROBOT, 0.20, 40, SEED, reach=0.30).max(initial=0.0) < 0.14
+
+
 def test_without_it_the_gate_hits_far_less_than_the_bubble_and_passes_no_less():
     ours, bubble = drive("infrared", "gate", 0.20, 40), drive("infrared", "bubble, gap 0.10", 0.20, 40)
     assert bubble.static_hits.sum() >= 3
