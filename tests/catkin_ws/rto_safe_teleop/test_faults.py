@@ -32,6 +32,22 @@ from rto_safe_teleop import safe_drive
 safe_drive.KEEP_PERIOD = 120.0
 sys.exit(safe_drive.main())
 """
+PLAYER = """
+import rospy
+from geometry_msgs.msg import Twist
+from std_msgs.msg import String
+
+rospy.init_node("player")
+states = rospy.Publisher("safety_state", String, latch=True, queue_size=1)
+velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+twist = Twist()
+twist.linear.y = 0.3
+while not rospy.is_shutdown():
+    states.publish("clear: Free.")
+    velocities.publish(twist)
+    rospy.rostime.wallsleep(0.05)
+"""
+"""Publishes what a recording of a gate holds."""
 STALE = 0.002
 """Metres that nobody wants to have driven: odometry's noise. One old command is 2 cm."""
 AT_ONCE = 3
@@ -176,6 +192,34 @@ def test_a_driver_that_is_started_with_a_gate_obeys_nobody_before_it_hears_one(s
         station.graph.run("rostopic", "pub", "-r", "10", "/gated/cmd_vel", *twist),
     ):
         gated.wait_for("cmd_vel is not obeyed while the safety gate of this robot does not run")
+
+
+def test_a_recording_that_is_played_back_is_no_gate(station):
+    """Nor does it keep the robot from what drives it."""
+    station.gate.signal(signal.SIGSTOP)
+    try:
+        with station.graph.run(sys.executable, "-c", PLAYER, "__ns:=/rto3"):
+            station.pilot.watch("/rto3/cmd_vel", "geometry_msgs/Twist", ["linear.y"])
+            station.pilot.forget("/rto3/cmd_vel")
+            station.until(lambda: len(station.pilot.seen("/rto3/cmd_vel")) > 40, "it is played")
+            station.stays(2.0 * DRIVER_TIMEOUT)
+    finally:
+        station.gate.signal(signal.SIGCONT)
+    station.cruise()
+
+
+def test_two_gates_do_not_keep_each_other_going(station):
+    with station.start("rto_safe_teleop", "safe_omni_drive", "__name:=another_gate", "_careful:=false") as another:
+        station.until(lambda: "/rto3/another_gate" in station.pilot.nodes(), "it runs")
+        station.cruise()
+        ceased = station.pilot.silence()
+        assert station.time_to_stand(ceased) < 2.0 * STOP_WITHIN
+        station.stays()
+        station.gate.wait_for("another safety gate drives this robot, too")
+        another.signal(signal.SIGINT)
+        station.until(lambda: "/rto3/another_gate" not in station.pilot.nodes(), "it has left")
+    station.gate.kill()  # the other one has taken its services
+    station.gate = station.start("rto_safe_teleop", "safe_omni_drive", "_careful:=false")
 
 
 def test_a_keyboard_on_cmd_vel_does_not_take_the_gates_echo_for_another_input(station):

@@ -29,6 +29,7 @@ from sensor_msgs.msg import PointCloud
 from std_msgs.msg import Bool, Empty, String
 from telepresence_ros.careful_switch import CarefulSwitch
 from telepresence_ros.diagnostics import OK, WARN, Diagnostics
+from telepresence_ros.gate_names import GateNames
 from telepresence_ros.kept_state import KeptState
 from telepresence_ros.node import Node
 from telepresence_ros.safety_topics import SafetyTopics
@@ -50,9 +51,9 @@ LAYERS = ("gate", "bubble")
 
 class SafeDrive:
     def __init__(self) -> None:
-        self._late = StaleCommandFilter()
+        self._late, self._late_ungated = StaleCommandFilter(), StaleCommandFilter()
         self._logged = ""
-        self._node = Node("safe_omni_drive", on_master_lost=self._late.link_lost)
+        self._node = Node("safe_omni_drive", on_master_lost=self._on_master_lost)
         self._gate = _choose_gate()
         self._kept = KeptState()
         self._lock = threading.Lock()  # protects the gate: callbacks come on threads of their own
@@ -71,8 +72,9 @@ class SafeDrive:
         self._diagnostics = Diagnostics("safety", type(self._gate).__name__)
         self._hold = ""
         self._holds = rospy.Subscriber("drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
+        self._gates = GateNames(wait=False)
         with self._lock:  # what comes at once waits until it can be answered
-            subscribe_velocities("cmd_vel", self._on_ungated, BURST_ROOM, others_only=True)
+            subscribe_velocities("cmd_vel", self._on_ungated, BURST_ROOM, accepts=self._knows_no_gate, others_only=True)
             self._velocities = rospy.Publisher("cmd_vel", Twist, queue_size=1)
         subscribe_velocities("safe_cmd_vel", self._on_command, BURST_ROOM)
         SenderWatch("odom", Odometry, self._on_odometry, self._on_odometry_lost)
@@ -109,12 +111,19 @@ class SafeDrive:
         level = WARN if answer.decision.state in (State.FAULT, State.SENSOR_STALE) else OK
         self._diagnostics.report(now, level, f"{answer.state}: {answer.reason}")
 
+    def _on_master_lost(self) -> None:
+        self._late.link_lost()
+        self._late_ungated.link_lost()
+
     def _on_command(self, twist: Twist) -> None:
+        self._take(twist, self._late)
+
+    def _take(self, twist: Twist, late: StaleCommandFilter) -> None:
         now = time.monotonic()
-        if self._late.is_stale(now):
-            rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
-            twist = Twist()  # those of the burst that were taken for new ones end
         with self._lock:
+            if late.is_stale(now):
+                rospy.logwarn_throttle(5.0, "commands that the network held up are refused")
+                twist = Twist()  # those of the burst that were taken for new ones end
             answer = self._gate.receive_command(twist.linear.x, twist.linear.y, twist.angular.z, now)
             lines = self._gate.log_lines() if isinstance(self._gate, BubbleGate) else ""
         if lines != self._logged:
@@ -128,7 +137,14 @@ class SafeDrive:
         if self._hold and self._holds.get_num_connections():
             rospy.logwarn_throttle(5.0, "cmd_vel is not obeyed: %s", self._hold)
             twist = Twist()
-        self._on_command(twist)
+        self._take(twist, self._late_ungated)
+
+    def _knows_no_gate(self, twist: Twist) -> bool:
+        """Whether a velocity on cmd_vel is for this gate. Two gates that took each other's would never fall silent."""
+        if not self._gates.sent(twist):
+            return True
+        rospy.logwarn_throttle(5.0, "another safety gate drives this robot, too: end one of the two")
+        return False
 
     def _on_hold(self, message: String) -> None:
         self._hold = clean(message.data)

@@ -6,31 +6,48 @@ the sender's name on every connection, so a driver can tell them apart.
 
 from __future__ import annotations
 
+import http.client
+import logging
 import threading
+import time
+import xmlrpc.client
 from typing import Any
 
+import rosgraph
 import rospy
 from std_msgs.msg import String
 
-STATES = "safety_state"
-"""What every gate publishes, and nobody else."""
+from telepresence.station.ros_master import master_proxy
+
+log = logging.getLogger(__name__)
+
+STATES, VELOCITIES = "safety_state", "cmd_vel"
 FIRST_STATE_TIMEOUT = 1.0
 """Seconds to wait at the start for a gate that the master knows; one that was killed does not answer any more."""
+MASTER_TIMEOUT = 1.0
+"""Seconds within which the master must answer."""
+LOOK_PERIOD = 1.0
+"""Seconds between two looks whether a node is a gate."""
 
 
 class GateNames:
     """The gates of one namespace; those that have gone count, too. Make one after `rospy.init_node`.
 
+    A gate publishes safety_state, and hears the cmd_vel on which it publishes: what plays a recording of a gate back
+    publishes the same, and hears nothing.
+
     Args:
         namespace: Of the robot, with its last slash; by default that of this node.
+        wait: For a gate that runs already, so that it is known from the first velocity on.
     """
 
-    def __init__(self, namespace: str = "") -> None:
-        topic = rospy.resolve_name(f"{namespace}{STATES}")
+    def __init__(self, namespace: str = "", wait: bool = True) -> None:
+        topic, self._velocities = (rospy.resolve_name(f"{namespace}{name}") for name in (STATES, VELOCITIES))
         self._names: set[str] = set()
+        self._looked: dict[str, float] = {}
         self._heard = threading.Event()
         self._states = rospy.Subscriber(topic, String, self._on_state, queue_size=1)
-        if topic in dict(rospy.get_master().getSystemState()[2][0]):
+        if wait and topic in dict(rospy.get_master().getSystemState()[2][0]):
             self._heard.wait(FIRST_STATE_TIMEOUT)
 
     def __bool__(self) -> bool:
@@ -40,12 +57,28 @@ class GateNames:
     @property
     def present(self) -> bool:
         """Whether a gate runs now."""
-        return self._states.get_num_connections() > 0
+        # rospy's public interface gives only the number of connections.
+        connections = self._states.impl.connections or ()
+        return any(connection.header.get("callerid") in self._names for connection in connections)
 
     def sent(self, message: Any) -> bool:
         """Return whether a gate has sent this message."""
         return message._connection_header.get("callerid") in self._names
 
     def _on_state(self, message: String) -> None:
-        self._names.add(message._connection_header["callerid"])
-        self._heard.set()
+        name, now = message._connection_header["callerid"], time.monotonic()
+        if name in self._names or now < self._looked.get(name, now):
+            return
+        self._looked[name] = now + LOOK_PERIOD
+        if self._is_gate(name):
+            self._names.add(name)
+            self._heard.set()
+
+    def _is_gate(self, name: str) -> bool:
+        try:
+            answer: Any = master_proxy(rosgraph.get_master_uri(), MASTER_TIMEOUT).getSystemState(rospy.get_name())
+        except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
+            log.debug("the master does not say who %s is: %s", name, error)
+            return False
+        publishers, subscribers = (dict(part) for part in answer[2][:2])
+        return all(name in nodes.get(self._velocities, ()) for nodes in (publishers, subscribers))
