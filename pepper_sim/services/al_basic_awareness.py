@@ -75,7 +75,7 @@ class ALBasicAwareness(Module):
         memory.follow("ALSoundLocalization/SoundLocated", self._heard)
         memory.follow("MovementDetection/MovementDetected", lambda _: self._distract("Movement", None))
         memory.follow("Navigation/MotionDetected", lambda _: self._distract("NavigationMotion", None))
-        population.watch(lambda: self._enabled and not self._paused, self._update)
+        population.watch(lambda: self._enabled and not self._paused, self._update, blind=self._halt)
 
     # --- running -----------------------------------------------------------------------------------------------------
 
@@ -228,6 +228,10 @@ class ALBasicAwareness(Module):
                 )
             else:
                 self.attention.halt()
+
+    def _halt(self) -> None:
+        with self.attention.lock:
+            self.attention.halt()
 
     def _touched(self, changes: Any) -> None:
         try:

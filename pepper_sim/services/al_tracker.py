@@ -43,7 +43,7 @@ class ALTracker(Module):
         self._periods: dict[str, int] = {}
         self._coordinates: list[list[float]] = []
         memory.declare(("ALTracker/ActiveTargetChanged", "ALTracker/TargetLost", "ALTracker/TargetReached"), self.name)
-        population.watch(lambda: bool(self._pursuit.target), self._pursuit.update)
+        population.watch(lambda: bool(self._pursuit.target), self._pursuit.update, blind=self._pursuit.halt)
 
     def parts(self) -> tuple[Any, ...]:
         return self, self._settings

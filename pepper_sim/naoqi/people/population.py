@@ -11,6 +11,7 @@ import itertools
 import logging
 import math
 import threading
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -73,6 +74,7 @@ class _Watcher:
     active: Callable[[], bool]
     tracks: bool
     update: Callable[[Look], None]
+    blind: Callable[[], None]
 
 
 class Population:
@@ -95,6 +97,7 @@ class Population:
         self._watchers: list[_Watcher] = []
         self._tracking = False
         self._resets = self._emptied_at = 0
+        self._failures: set[tuple[type[Exception], str, int | None]] = set()
         robot.world.on_reset(self._on_reset)
         self._lock = threading.RLock()
         self._closing = threading.Event()
@@ -102,9 +105,21 @@ class Population:
         self._thread = threading.Thread(target=self._run, name="people", daemon=True)
         self._thread.start()
 
-    def watch(self, active: Callable[[], bool], update: Callable[[Look], None], *, tracks: bool = True) -> None:
-        """Call `update` after every look while `active()`; `tracks` says whether it needs the population kept."""
-        self._watchers.append(_Watcher(active, tracks, update))
+    def watch(
+        self,
+        active: Callable[[], bool],
+        update: Callable[[Look], None],
+        *,
+        tracks: bool = True,
+        blind: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Call `update` after every look while `active()`.
+
+        Args:
+            tracks: Whether it needs the population kept.
+            blind: Called instead when a look failed, or `update` did: what drives after people must not drive on.
+        """
+        self._watchers.append(_Watcher(active, tracks, update, blind))
 
     def find(self, number: int) -> Known | None:
         """Return who has this ID; None if nobody has."""
@@ -149,8 +164,10 @@ class Population:
         while not self._closing.wait(PERIOD):
             try:
                 self._update()
-            except Exception:  # one look that fails must not end all later ones
-                log.exception("people could not be perceived")
+            except Exception as error:  # one look that fails must not end all later ones
+                self._log_once("people could not be perceived", error)
+                for watcher in self._watchers:
+                    watcher.blind()
 
     def _update(self) -> None:
         watchers = [watcher for watcher in self._watchers if watcher.active()]
@@ -177,8 +194,17 @@ class Population:
         for watcher in watchers:
             try:
                 watcher.update(look)
-            except Exception:  # one who fails must not keep the look from the others
-                log.exception("somebody could not use what was seen")
+            except Exception as error:  # one who fails must not keep the look from the others
+                self._log_once("somebody could not use what was seen", error)
+                watcher.blind()
+
+    def _log_once(self, what: str, error: Exception) -> None:
+        """Log a failure with its traceback, but not again at each of the ten looks a second."""
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        cause = type(error), place.filename, place.lineno
+        if cause not in self._failures:
+            self._failures.add(cause)
+            log.error("%s", what, exc_info=error)
 
     def _update_population(self, sight: Sight) -> None:
         for known in self._known.values():

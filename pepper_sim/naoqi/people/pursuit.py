@@ -80,14 +80,19 @@ class Pursuit:
         """Follow nothing; the robot stays as it is."""
         with self._lock:
             self.target, self._place, self._lost_since, self.new = "", None, None, False
-            self._halt()
+            self.halt()
+
+    def halt(self) -> None:
+        """Stop the base, if it drives after the target."""
+        with self._lock:
+            self._base.halt()
 
     def set_mode(self, mode: str) -> None:
         """Choose what follows."""
         with self._lock:
             self.mode = mode
             if mode not in _MOVING:
-                self._halt()
+                self.halt()
 
     def take_place(self) -> Place | None:
         """Return where the target was seen last; None if it was not. From now on it is no longer new."""
@@ -135,7 +140,7 @@ class Pursuit:
         bearing = math.atan2(y, x) + self.relative[2]
         ahead = math.hypot(x, y) + self.relative[0]
         if abs(ahead) <= max(self.relative[3], 0.01) and abs(bearing) <= max(self.relative[5], 0.02):
-            self._halt()
+            self.halt()
             if not self._reached:
                 self._reached = True
                 self._memory.announce("ALTracker/TargetReached", self.target)
@@ -146,11 +151,8 @@ class Pursuit:
         turn = max(-limits.max_theta, min(limits.max_theta, _TURN * bearing))
         self._base.drive(speed, turn)
 
-    def _halt(self) -> None:
-        self._base.halt()
-
     def _miss(self, now: float) -> None:
-        self._halt()
+        self.halt()
         if self._lost_since is None and now - self._seen > self.patience:
             self._lost_since = now
             self._memory.announce("ALTracker/TargetLost", self.target)

@@ -90,7 +90,7 @@ class Targets:
             places = [[*seen_from(camera, *sighting), 1.0] for sighting in kind.place(value, parameters)]
             if not np.isfinite(places).all():
                 return []
-        except (TypeError, ValueError, IndexError, OverflowError):
+        except (TypeError, ValueError, LookupError, OverflowError):
             return []  # not what an extractor writes, or nothing yet
         with self._robot.world.locked():
             base = self._robot.link_pose("base_footprint")
@@ -105,7 +105,7 @@ class Targets:
             place = np.array([*position[:3], 1.0], float)
             if not (_fresh(stamp) and np.isfinite(place).all()):
                 return None
-        except (TypeError, ValueError, IndexError):
+        except (TypeError, ValueError, LookupError, OverflowError):
             return None  # another kind of value, or none yet
         if not in_world:
             with self._robot.world.locked():

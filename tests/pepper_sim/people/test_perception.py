@@ -363,6 +363,48 @@ def test_a_tracker_that_drives_gives_way_to_whoever_else_does(naoqi, stranger, e
     tracker.unregisterAllTargets()
 
 
+@pytest.mark.parametrize(
+    ("follower", "broken"),
+    [
+        ("tracker", "body.people_sight.PeopleSight.look"),
+        ("tracker", "naoqi.people.targets.Targets.locate"),
+        ("awareness", "body.people_sight.PeopleSight.look"),
+        ("awareness", "naoqi.people.attention.Attention.update"),
+    ],
+)
+def test_a_base_that_follows_somebody_stops_when_a_look_fails(
+    naoqi, stranger, wait_until, monkeypatch, caplog, follower, broken
+):
+    tracker, awareness, robot, failures = naoqi.ALTracker, naoqi.ALBasicAwareness, naoqi.robot, []
+
+    class Broken(Exception):
+        pass
+
+    def fail(*_, **__):
+        failures.append(broken)
+        raise Broken
+
+    stranger.place(1.5, 0.7, math.pi)
+    if follower == "tracker":
+        tracker.registerTarget("People", [])
+        tracker.setMode("Move")
+        tracker.track("People")
+    else:
+        awareness.setTrackingMode("BodyRotation")
+        awareness.setEnabled(True)
+    try:
+        wait_until(lambda: robot.snapshot().moving, "the base turns")
+        monkeypatch.setattr(f"pepper_sim.{broken}", fail)
+        wait_until(lambda: len(failures) > 2 and not robot.snapshot().moving, "it stands still")
+        assert robot.truth()[5] < 0.4, "before it was there"
+    finally:
+        tracker.initialize()
+        tracker.unregisterAllTargets()
+        awareness.setEnabled(False)
+        awareness.setTrackingMode("Head")
+    assert [record.exc_info[0] for record in caplog.records if record.exc_info] == [Broken], "it is logged once"
+
+
 NOWHERE = [[math.nan, 0.0], [math.inf, 0.0], [1e300, 0.0], ["left", 0.0]]
 
 

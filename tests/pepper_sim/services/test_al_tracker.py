@@ -24,6 +24,8 @@ def test_looking_at_a_place_turns_the_head(naoqi, refused):
         ("Test/Target", "Test/Target", lambda stamp: [[NAN] * 6, stamp, 0]),
         ("Test/Target", "Test/Target", lambda stamp: [[1.0, math.inf, 1.0, 0.0, 0.0, 0.0], stamp, 0]),
         ("Test/Target", "Test/Target", lambda stamp: [NOWHERE, [NAN, 0.0, 1.0, 0.0, 0.0, 0.0], stamp, 0]),
+        ("Test/Target", "Test/Target", lambda stamp: {"x": 1.0, "stamp": stamp}),
+        ("Sound", "ALSoundLocalization/SoundLocated", lambda stamp: dict.fromkeys("stam", stamp)),
         ("Sound", "ALSoundLocalization/SoundLocated", lambda stamp: [stamp, [0.0, NAN, 0.9, 0.0], NOWHERE, NOWHERE]),
         ("Sound", "ALSoundLocalization/SoundLocated", lambda stamp: [stamp, [0.0, 0.0, 0.9, 0.0], NOWHERE, ["here"]]),
         ("Sound", "ALSoundLocalization/SoundLocated", lambda stamp: [stamp, [0.0, 0.0, 0.9, 0.0], NOWHERE, [NAN] * 6]),
