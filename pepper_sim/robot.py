@@ -7,6 +7,7 @@ futures are completed outside the world's lock, on the thread that steps the wor
 from __future__ import annotations
 
 import math
+import threading
 from collections import deque
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
@@ -101,6 +102,7 @@ class Pepper:
         """Whether motors save power while nothing moves. What they can hold against a person's hand stays the same."""
         self.consent = OwnerConsent(owner_consents, self._switch_reflexes_on)
         self._motion = BaseMotion(self._base, self.security, world.post)
+        self._ordering = threading.Lock()  # nobody holds it for longer than it takes to note a command
         self._ordered: deque[tuple[float, float, float]] = deque()  # velocities that came during a tick
         self.newest_command: object = None
         """Stands for the base's newest command; another one as soon as somebody else commands it."""
@@ -150,11 +152,28 @@ class Pepper:
             ValueError: A value is not finite.
         """
         require_finite("velocity", (vx, vy, wz))
-        self.newest_command = command = (vx, vy, wz)
-        self._ordered.append(command)
+        with self._ordering:
+            command = self._order(vx, vy, wz)
         with self.world.locked_if_free() as held:
             if held:
                 self._obey()
+        return command
+
+    def replace_velocity(self, command: object, vx: float, vy: float, wz: float) -> object | None:
+        """Drive as `set_velocity` does, unless somebody has commanded the base since `command`. It may wait for a tick.
+
+        Returns:
+            What stands for this command; None if somebody has, and nothing was done.
+        Raises:
+            ValueError: A value is not finite.
+        """
+        require_finite("velocity", (vx, vy, wz))
+        with self.world.locked():
+            with self._ordering:
+                if self.newest_command is not command:
+                    return None
+                command = self._order(vx, vy, wz)
+            self._obey()
         return command
 
     def move_to(self, waypoints: Sequence[tuple[float, float, float]], *, duration: float | None = None) -> Future:
@@ -346,6 +365,11 @@ class Pepper:
             pose = np.eye(4)
             pose[:3, :3], pose[:3, 3] = self._frames.find(data, name)
         return pose
+
+    def _order(self, vx: float, vy: float, wz: float) -> object:
+        self.newest_command = command = (vx, vy, wz)
+        self._ordered.append(command)
+        return command
 
     # --- inside, lock held -------------------------------------------------------------------------------------------
 

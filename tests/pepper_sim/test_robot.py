@@ -128,6 +128,17 @@ def test_a_robot_that_lies_is_limp_and_refuses_to_drive_until_the_reset(pepper):
     assert pepper.truth() == pytest.approx((0.0,) * 6, abs=2e-3)
 
 
+def test_a_velocity_is_replaced_only_while_nobody_has_commanded_since(pepper):
+    first = pepper.set_velocity(0.1, 0.0, 0.0)
+    second = pepper.replace_velocity(first, 0.2, 0.0, 0.0)
+    assert second is pepper.newest_command
+    assert pepper.replace_velocity(first, 0.0, 0.0, 0.0) is None
+    pepper.world.step(200)
+    assert pepper.snapshot().velocity[0] == pytest.approx(0.2, abs=0.01)
+    pepper.stop_move()
+    assert pepper.replace_velocity(second, 0.2, 0.0, 0.0) is None
+
+
 def test_a_reset_ends_everything_and_lets_everybody_know(pepper):
     move = pepper.move_to([(2.0, 0.0, 0.0)])
     gesture = pepper.follow({"HeadYaw": [(5.0, 1.0)]})

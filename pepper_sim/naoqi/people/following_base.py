@@ -27,12 +27,14 @@ class FollowingBase:
         return self.driving or not self._robot.snapshot().moving
 
     def drive(self, vx: float, wz: float) -> None:
-        """Drive ahead and turn [m/s, rad/s], unless somebody else drives."""
-        if self.free:
-            self._command = self._robot.set_velocity(vx, 0.0, wz)
+        """Drive ahead and turn [m/s, rad/s], unless somebody else drives, or begins to meanwhile."""
+        with self._robot.world.locked():  # a pilot's velocity does not wait for it, all else does
+            newest = self._robot.newest_command
+            if self.free:
+                self._command = self._robot.replace_velocity(newest, vx, 0.0, wz)
 
     def halt(self) -> None:
         """Stop what was begun here, and nothing else."""
-        if self.driving:
-            self._robot.set_velocity(0.0, 0.0, 0.0)
+        if self._command is not None:
+            self._robot.replace_velocity(self._command, 0.0, 0.0, 0.0)
         self._command = None
