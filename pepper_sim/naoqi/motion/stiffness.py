@@ -143,14 +143,17 @@ class MotionStiffness:
         return True
 
     def _wake_up(self) -> bool:
-        with self._whole_body():
+        with self._whole_body(sparing="wakeUp"):  # one cut short by another one would leave the robot half way up
+            if self.awake:  # another one has done it
+                return self._stiffen()
             self._memory.announce("ALMotion/Stiffness/wakeUpStarted", 1)
             self._robot.set_stiffness(dict.fromkeys(BODY, 1.0))
-            arrived = self._joints.take_posture(STAND, _WAKE_SPEED, "wakeUp").result()
-            self._robot.hold_base("stiffness", False)
-            self._set_awake(True)
+            arrived = bool(self._joints.take_posture(STAND, _WAKE_SPEED, "wakeUp").result())
+            if arrived:
+                self._robot.hold_base("stiffness", False)
+                self._set_awake(True)
             self._memory.announce("ALMotion/Stiffness/wakeUpFinished", 1)
-            return bool(arrived)
+            return arrived
 
     def _rest(self) -> None:
         with self._whole_body(sparing="rest"):  # a rest cut short by another one would end with the motors off, upright

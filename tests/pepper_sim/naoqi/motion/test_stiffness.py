@@ -144,6 +144,36 @@ def test_a_second_rest_waits_for_the_first_and_waking_up_does_not(naoqi, wait_un
     assert naoqi.ALRobotPosture.getPosture() == "Stand" and motion.robotIsWakeUp()
 
 
+def test_a_second_wake_up_waits_for_the_first_and_nobody_drives_before(naoqi, wait_until):
+    motion = naoqi.ALMotion
+    standing = motion.getAngles("Leg", True)
+    motion.rest()
+    calls = [motion.wakeUp(_async=True)]
+    wait_until(lambda: [task[0] for task in motion.getTaskList()] == ["wakeUp"], "it stands up")
+    calls.append(motion.wakeUp(_async=True))
+    motion.move(0.3, 0.0, 0.0)
+    assert [call.value(20_000) for call in calls] == [True, True]
+    assert motion.getAngles("Leg", True) == pytest.approx(standing, abs=0.05)
+    assert naoqi.robot.truth()[:2] == pytest.approx((0.0, 0.0), abs=0.005)
+    assert motion.robotIsWakeUp() and motion.moveTo(0.1, 0.0, 0.0) is True
+
+
+@pytest.mark.parametrize("command", ["rest", "setAngles"])
+def test_a_robot_that_did_not_get_up_is_not_awake(naoqi, wait_until, command):
+    motion, changes = naoqi.ALMotion, []
+    motion.rest()
+    subscriber = naoqi.ALMemory.subscriber("robotIsWakeUp")
+    subscriber.signal.connect(changes.append)
+    rising = motion.wakeUp(_async=True)
+    wait_until(lambda: [task[0] for task in motion.getTaskList()] == ["wakeUp"], "it stands up")
+    motion.rest() if command == "rest" else motion.setAngles("KneePitch", 0.3, 0.1)
+    assert rising.value(20_000) is False
+    assert motion.robotIsWakeUp() is False and motion.moveTo(0.3, 0.0, 0.0) is False
+    assert motion.wakeUp() is True and naoqi.ALRobotPosture.getPosture() == "Stand"
+    wait_until(lambda: changes, "it is awake")
+    assert changes == [True]
+
+
 def test_setting_stiffness_ends_its_interpolation(naoqi, wait_until):
     motion = naoqi.ALMotion
     call = motion.stiffnessInterpolation("Head", 0.5, 60.0, _async=True)
