@@ -64,6 +64,7 @@ class MotionStiffness:
         Until wakeUp has ended the robot does not drive.
         """
         self._require_upright("rest")
+        self._set_awake(False)  # from now on a wakeUp ends the rest
         return self._workers.run(self._rest)
 
     @remote("v(s)", name="rest")
@@ -160,9 +161,9 @@ class MotionStiffness:
             if not self.awake and not any(self._robot.snapshot().stiffness.values()):
                 return
             self._memory.announce("ALMotion/Stiffness/restStarted", 1)
+            self._set_awake(False)  # an earlier wakeUp may have come to its end meanwhile
             self._robot.hold_base("stiffness", True)  # from now on nobody drives it on, until it stands again
             self._robot.stop_move().result()
-            self._set_awake(False)
             self._joints.take_posture(CROUCH, _REST_SPEED, "rest").result()
             if self.awake:  # the world was reset in the meantime
                 self._robot.hold_base("stiffness", False)

@@ -144,6 +144,20 @@ def test_a_second_rest_waits_for_the_first_and_waking_up_does_not(naoqi, wait_un
     assert naoqi.ALRobotPosture.getPosture() == "Stand" and motion.robotIsWakeUp()
 
 
+def test_waking_up_while_a_rest_still_brakes_ends_the_rest(naoqi, wait_until, insist):
+    motion, braking = naoqi.ALMotion, []
+    subscriber = naoqi.ALMemory.subscriber("ALMotion/Stiffness/restStarted")
+    subscriber.signal.connect(braking.append)
+    insist("move", 0.35, 0.0, 0.0)
+    wait_until(lambda: motion.getRobotVelocity()[0] > 0.3, "the pilot drives")
+    resting = motion.rest(_async=True)
+    wait_until(lambda: braking, "it brakes")
+    assert motion.wakeUp() is True
+    resting.value(20_000)
+    assert motion.robotIsWakeUp() is True and naoqi.ALRobotPosture.getPosture() == "Stand"
+    assert motion.getStiffnesses("Body") == [1.0] * 17
+
+
 def test_a_second_wake_up_waits_for_the_first_and_nobody_drives_before(naoqi, wait_until):
     motion = naoqi.ALMotion
     standing = motion.getAngles("Leg", True)
