@@ -6,12 +6,15 @@ import sys
 from typing import Any
 
 SMALL = 1024
-"""Bytes below which a value weighs nothing: the number of keys limits these, and they are stored all the time."""
+"""Up to so many bytes the value of a key weighs nothing: the number of keys limits these, and they are stored all the
+time."""
+MOMENT = 200
+"""What an entry of an event's history takes besides its value [bytes]."""
 _NUMBERS = frozenset({bool, int, float, type(None)})
 
 
-def weight_of(value: Any) -> int:
-    """Return about how many bytes a value takes with all that is in it, 0 for a small one."""
+def size_of(value: Any) -> int:
+    """Return about how many bytes a value takes with all that is in it, 0 for a number."""
     if type(value) in _NUMBERS:
         return 0
     total, pending = 0, [value]
@@ -22,4 +25,9 @@ def weight_of(value: Any) -> int:
         elif isinstance(one, list | tuple):
             pending += one
         total += getattr(one, "nbytes", 0) or sys.getsizeof(one)
-    return total if total > SMALL else 0
+    return total
+
+
+def weight_of(size: int) -> int:
+    """Return what a key's value of a size weighs."""
+    return size if size > SMALL else 0

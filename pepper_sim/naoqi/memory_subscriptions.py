@@ -49,11 +49,13 @@ class _Callback:
 
 @dataclass
 class Topic:
-    """An event: whom it calls, its last values, and the extractor that raises it."""
+    """An event: whom it calls, its last values (value, stamp, size), what these weigh together, and the extractor that
+    raises it."""
 
     event: _Event = field(default_factory=_Event)
     callbacks: list[_Callback] = field(default_factory=list)
     history: deque = field(default_factory=lambda: deque(maxlen=_HISTORY_LENGTH))
+    past: int = 0
     extractor: str = ""
 
 

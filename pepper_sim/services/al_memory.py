@@ -11,6 +11,7 @@ from __future__ import annotations
 import concurrent.futures
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +19,7 @@ from typing import Any
 from pepper_sim.naoqi.client_services import ClientServices
 from pepper_sim.naoqi.memory_changes import Changes
 from pepper_sim.naoqi.memory_keys import Reader
-from pepper_sim.naoqi.memory_size import weight_of
+from pepper_sim.naoqi.memory_size import MOMENT, size_of, weight_of
 from pepper_sim.naoqi.memory_subscriptions import MemorySubscriptions, Topic
 from pepper_sim.naoqi.service import Module, ServiceError, remote, shown
 from pepper_sim.naoqi.time_stamp import split_stamp
@@ -30,7 +31,9 @@ _MAX_KEYS = 100_000
 _MAX_BYTES = 256 << 20
 """Of all values that are not small; what a client stores beyond that is refused. The robot's own are bounded."""
 _MAX_HISTORY_BYTES = 1 << 20
-"""Of the last values of an event that are not small, but for the newest one."""
+"""Of the last values of an event, but for the present value of its key."""
+_MAX_HISTORIES_BYTES = 64 << 20
+"""Of those of all events; beyond it an event that is raised keeps its newest value only."""
 _MAX_LETTERS = 1000
 """Of a key or a description."""
 
@@ -67,8 +70,8 @@ class ALMemory(Module):
         self._lock = threading.Lock()
         self._entries: dict[str, _Entry] = {}
         self._topics: dict[str, Topic] = {}
-        self._bytes = 0
-        """Weight of the values and of the events' histories."""
+        self._bytes = self._past = 0
+        """Weight of the keys' values, and of the events' histories besides these."""
         self._subscriptions = MemorySubscriptions(self._topics, self._lock, clients)
         self._micro_events: set[str] = set()
         self._changes = Changes(self.read)
@@ -90,7 +93,7 @@ class ALMemory(Module):
 
     def store(self, key: str, value: Any) -> None:
         """Write a value without raising an event, but for those that tell of new keys and of values of another type."""
-        self._store(key, value, weight_of(value))
+        self._store(key, value, size_of(value))
 
     def read(self, key: str) -> Any:
         """Return the value of a key; None if it is missing or void."""
@@ -101,7 +104,7 @@ class ALMemory(Module):
 
     def announce(self, key: str, value: Any) -> None:
         """Write a value and call every subscriber, on other threads."""
-        self._announce(key, value, weight_of(value))
+        self._announce(key, value, size_of(value))
 
     def follow(self, event: str, callback: Callable[[Any], None]) -> Callable[[], None]:
         """Call `callback(value)` at each event, on another thread; return the function that ends it."""
@@ -184,6 +187,7 @@ class ALMemory(Module):
             if entry is None:
                 raise ServiceError(f"data not found for key '{shown(key)[1:-1]}'")
             self._bytes -= entry.weight
+            self._weigh_history(key)
         self._report(_KEY_REMOVED, key)
 
     @remote("[s](s)")
@@ -266,7 +270,7 @@ class ALMemory(Module):
                 raise ServiceError(f"there is no micro-event '{shown(name)[1:-1]}'")
             self._micro_events.discard(name)
             self._bytes -= self._entries.pop(name, _Entry()).weight
-            self._bytes -= sum(weight for _, _, weight in self._topics.pop(name, Topic()).history)
+            self._past -= self._topics.pop(name, Topic()).past
 
     @remote("[s]()")
     def getEventList(self) -> list[str]:
@@ -301,51 +305,54 @@ class ALMemory(Module):
         self._subscriptions.call(event, topic, key)
 
     def _admitted(self, key: str, value: Any) -> int:
-        """Return the weight of a value that a client stores.
+        """Return the size of a value that a client stores [bytes].
 
         Raises:
             ServiceError: There is no room for it.
         """
-        weight = weight_of(value)
-        known = self._entries.get(key)
+        size = size_of(value)
+        weight, known = weight_of(size), self._entries.get(key)
         more = weight - (known.weight if known is not None else 0)
         if weight and more > 0 and self._bytes + more > _MAX_BYTES:
             raise ServiceError(f"the memory is full ({_MAX_BYTES >> 20} MB)")
-        return weight
+        return size
 
-    def _store(self, key: str, value: Any, weight: int) -> None:
+    def _store(self, key: str, value: Any, size: int) -> None:
+        weight = weight_of(size)
         with self._lock:
             known = key in self._entries
             entry = self._entry(key)
             self._bytes += weight - entry.weight
             before, entry.value, entry.stamp, entry.weight = entry.value, value, time.time(), weight
+            self._weigh_history(key)
         if not known:
             self._report(_KEY_ADDED, key)
         elif before is not None and value is not None and type(before) is not type(value):
             self._report(_KEY_TYPE_CHANGED, key)
 
-    def _announce(self, key: str, value: Any, weight: int) -> None:
-        self._store(key, value, weight)
+    def _announce(self, key: str, value: Any, size: int) -> None:
+        self._store(key, value, size)
         with self._lock:
             topic = self._topics.setdefault(key, Topic())
-            self._remember(topic, value, weight)
+            topic.history.append((value, time.time(), size))
+            self._weigh_history(key)
         topic.event.signal(value)
         self._subscriptions.call(key, topic, value)
 
-    def _remember(self, topic: Topic, value: Any, weight: int) -> None:
-        """Add a value to an event's history, and forget old ones that are too many or too large. Under the lock."""
-        history = topic.history
-        if len(history) == history.maxlen:
-            self._bytes -= history.popleft()[2]
-        history.append((value, time.time(), weight))
-        self._bytes += weight
-        if not weight and self._bytes <= _MAX_BYTES:
+    def _weigh_history(self, key: str) -> None:
+        """Count what an event's history holds besides the present value of its key, which is counted there, and forget
+        old values that are too large. Under the lock."""
+        topic = self._topics.get(key)
+        if topic is None or not topic.history:
             return
-        held = sum(weight for _, _, weight in history)
-        while len(history) > 1 and (held > _MAX_HISTORY_BYTES or self._bytes > _MAX_BYTES):
-            dropped = history.popleft()[2]
-            held -= dropped
-            self._bytes -= dropped
+        present, history = self._stored(key), topic.history
+        weights = deque(MOMENT + (0 if value is present else size) for value, _, size in history)
+        past, others = sum(weights), self._past - topic.past
+        fewest = 1 if history[-1][0] is present else 0
+        while len(history) > fewest and (past > _MAX_HISTORY_BYTES or others + past > _MAX_HISTORIES_BYTES):
+            history.popleft()
+            past -= weights.popleft()
+        topic.past, self._past = past, others + past
 
     def _stored(self, key: str) -> Any:
         entry = self._entries.get(key)

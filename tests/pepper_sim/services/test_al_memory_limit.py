@@ -2,7 +2,7 @@
 
 import pytest
 
-from pepper_sim.naoqi.memory_size import SMALL, weight_of
+from pepper_sim.naoqi.memory_size import MOMENT, SMALL, size_of, weight_of
 from pepper_sim.services import al_memory as module
 
 
@@ -43,19 +43,35 @@ def test_the_history_of_an_event_holds_few_large_values(monkeypatch, memory):
         memory.raiseEvent("picture", bytes([number]) * 10_000)
         memory.raiseMicroEvent("other", bytes([number]) * 10_000)
         memory.raiseEvent("count", number)
-    assert [value[0] for value, *_ in memory.getEventHistory("picture")] == [97, 98, 99]
+    assert [value[0] for value, *_ in memory.getEventHistory("picture")] == [96, 97, 98, 99]
     assert [value for value, *_ in memory.getEventHistory("count")] == list(range(68, 100))
-    held = memory._bytes
     memory.removeMicroEvent("other")
-    memory.insertData("picture", 1)
-    assert memory._bytes == pytest.approx(3 / 8 * held, rel=0.01), "what is gone weighs nothing"
+    assert memory._past == pytest.approx(3 * 10_000 + (4 + 32) * MOMENT, rel=0.01), "what is gone weighs nothing"
+    memory.removeData("picture")
+    assert memory._bytes == 0
+    assert [value[0] for value, *_ in memory.getEventHistory("picture")] == [97, 98, 99], "the newest weighs now, too"
 
 
-def test_a_full_memory_forgets_histories_first(monkeypatch, memory):
-    monkeypatch.setattr(module, "_MAX_BYTES", 35_000)
-    for _ in range(10):
-        memory.raiseEvent("picture", bytes(10_000))
-    assert 0 < len(memory.getEventHistory("picture")) < 4
+def test_a_value_that_is_in_the_history_too_is_counted_once(monkeypatch, memory):
+    monkeypatch.setattr(module, "_MAX_BYTES", 25_000)
+    memory.raiseEvent("one", bytes(10_000))
+    memory.raiseEvent("other", bytes(10_000))
+    with pytest.raises(module.ServiceError, match="full"):
+        memory.raiseEvent("third", bytes(10_000))
+
+
+@pytest.mark.parametrize("size", [10, SMALL // 2, 10_000])
+def test_all_histories_together_hold_few_bytes(monkeypatch, memory, size):
+    monkeypatch.setattr(module, "_MAX_HISTORIES_BYTES", 100_000)
+    for event in range(100):
+        for number in range(32):
+            memory.raiseEvent(f"e{event}", bytes([number]) * size)
+    histories = [[value for value, *_ in memory.getEventHistory(f"e{event}")] for event in range(100)]
+    assert sum(MOMENT + size for history in histories for _ in history[1:]) < 100_000
+    assert all(history[-1] == bytes([31]) * size for history in histories), "the newest is there"
+    memory.raiseEvent("large", bytes(500_000))
+    memory.insertData("large", 1)
+    assert memory.getEventHistory("large") == [], "what is the value of no key any more does not stay"
 
 
 def test_keys_and_descriptions_are_short(memory):
@@ -71,6 +87,7 @@ def test_keys_and_descriptions_are_short(memory):
 
 
 def test_a_value_weighs_what_is_in_it():
-    assert weight_of(5) == weight_of("short") == weight_of([1.0] * 10) == 0
-    assert weight_of([["a" * 50_000], ("b" * 50_000,)]) == pytest.approx(100_000, rel=0.05)
-    assert weight_of({"key": [bytes(1000)] * 3}) == pytest.approx(3_000, rel=0.3)
+    assert size_of(5) == 0 < size_of("short") < size_of([1.0] * 10)
+    assert weight_of(size_of("short")) == weight_of(size_of([1.0] * 10)) == 0
+    assert weight_of(size_of([["a" * 50_000], ("b" * 50_000,)])) == pytest.approx(100_000, rel=0.05)
+    assert size_of({"key": [bytes(1000)] * 3}) == pytest.approx(3_000, rel=0.3)
