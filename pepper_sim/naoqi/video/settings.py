@@ -26,9 +26,9 @@ from pepper_sim.robot import STEREO_CAMERA, Pepper
 
 _OV5640, _XTION, _STEREO_DEPTH, _OV4689 = 3, 4, 7, 8
 _RATE, _STEREO_RATE = 30, 15
-_SLOW = {4: 1}
-"""Resolution id -> highest rate [1/s]. Source: NAOqi 2.4 and 2.5 documentation, video_pep, "Camera output"; it gives 30
-at VGA, and none for what lies between."""
+_SLOW, _SLOW_OLDER = {4: 15}, {3: 1, 4: 1}
+"""Resolution id -> highest rate where it is lower [1/s], of head 1.8 and of older ones. Source: NAOqi 2.8, pages
+video_2D_pep and video_2D_pep_v18a."""
 _COLOUR_SIZES, _XTION_SIZES = (0, 1, 2, 3, 4, 7, 8), (0, 1, 2, 3, 7, 8)
 _STEREO_DEPTH_SIZES, _STEREO_SIZES = (5, 9, 10, 11, 12), (13, 14, 15, 16, 17)
 
@@ -50,11 +50,13 @@ def robot_cameras(robot: Pepper) -> dict[int, Camera]:
         fovx = 2.0 * math.atan(math.tan(fovy / 2.0) * width / len(eyes) / height)
         return Camera(index, name, model, kind, sizes, spaces, rate, fovx, fovy, len(eyes), **more)
 
+    stereo = STEREO_CAMERA in robot.cameras
+    slow = _SLOW if stereo else _SLOW_OLDER
     found = [
-        camera(0, "CameraTop", _OV5640, _COLOUR_SIZES, RGB_SPACES, _RATE, slow=_SLOW),
-        camera(1, "CameraBottom", _OV5640, _COLOUR_SIZES, RGB_SPACES, _RATE, slow=_SLOW),
+        camera(0, "CameraTop", _OV5640, _COLOUR_SIZES, RGB_SPACES, _RATE, slow=slow),
+        camera(1, "CameraBottom", _OV5640, _COLOUR_SIZES, RGB_SPACES, _RATE, slow=slow),
     ]
-    if STEREO_CAMERA in robot.cameras:
+    if stereo:
         depth = {"parameters": STEREO_DEPTH_PARAMETERS, "depth_range": STEREO_DEPTH_RANGE}
         found += [
             camera(2, "CameraDepth", _STEREO_DEPTH, _STEREO_DEPTH_SIZES, STEREO_DEPTH_SPACES, _STEREO_RATE, **depth),
