@@ -87,10 +87,11 @@ class Navigator:
         """
         future: concurrent.futures.Future = concurrent.futures.Future()
         stop, halted = threading.Event(), concurrent.futures.Future[bool]()
-        self.stop()
-        with self._lock:
+        with self._lock:  # in one go: of two callers at once each stops what was begun before it
+            replaced, self._running = self._running, (future, stop)
             before, self._halted = self._halted, halted
-            self._running = (future, stop)
+        if replaced is not None:
+            replaced[1].set()
 
         def work() -> None:
             concurrent.futures.wait([before], HALT_TIMEOUT)  # or it would halt what is begun here

@@ -81,3 +81,29 @@ def test_a_behaviour_does_not_wait_for_ever(navigator, monkeypatch):
     assert following.drives.wait(10.0)
     for behaviour in (slow, following):
         behaviour.may_end.set()
+
+
+class Turnstile:
+    """A lock; whoever leaves it first lets another caller pass before it goes on."""
+
+    def __init__(self, another):
+        self._lock, self._another = threading.Lock(), another
+
+    def __enter__(self):
+        self._lock.acquire()
+
+    def __exit__(self, *_):
+        self._lock.release()
+        another, self._another = self._another, lambda: None
+        another()
+
+
+def test_of_two_callers_at_once_only_one_drives(navigator):
+    first, second = Slow(), Slow()
+    for behaviour in (first, second):
+        behaviour.may_end.set()
+    navigator._lock = Turnstile(lambda: navigator.run(second.run()))
+    navigator.run(first.run())
+    assert first.halts.wait(10.0) and second.drives.wait(10.0)
+    assert not second.halts.is_set() and navigator.busy
+    assert navigator.stop().result(10.0) and second.halts.wait(10.0)
