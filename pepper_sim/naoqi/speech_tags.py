@@ -15,6 +15,7 @@ _TAG = re.compile(r"(?P<mark>\\{1,2})\s*(?P<name>[A-Za-z]+)\s*(?:=(?P<value>[^\\
 """It ends with as many backslashes as it begins with, because tags stand side by side: \\rspd=80\\\\vct=120\\."""
 _ANIMATION = re.compile(r"\^\w+\([^)^]*\)")
 """What ALAnimatedSpeech carries out, and ALTextToSpeech drops."""
+_STYLE = ("rspd", "vct", "vol")
 MIN_PITCH, MAX_PITCH = 50.0, 200.0
 """Lowest and highest voice [%]. Source: QiSDK documentation, Mastering pronunciation, More TTS tags."""
 _MAX_DIGITS = 9
@@ -51,9 +52,12 @@ def spoken(text: str) -> str:
     return _plain(_TAG.sub(" ", text))
 
 
-def tags_alone(text: str) -> str:
-    r"""Return the tags of a text without its words, such as "\rspd=80\"; they hold for what follows it, too."""
-    return "".join(match.group() for match in _TAG.finditer(text))
+def lasting_tags(text: str) -> str:
+    r"""Return the tags of a text that hold for what follows it, too: those of the style, such as "\rspd=80\", after the
+    last reset. A bookmark or a pause has its place."""
+    tags = list(_TAG.finditer(text))
+    reset = max((number for number, tag in enumerate(tags) if tag["name"].lower() == "rst"), default=-1)
+    return "".join(tag.group() for tag in tags[reset + 1 :] if tag["name"].lower() in _STYLE)
 
 
 def bookmarks(tags: list[Tag]) -> list[tuple[int, int]]:

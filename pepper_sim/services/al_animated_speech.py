@@ -18,7 +18,7 @@ from typing import Any
 from pepper_sim.animations.annotated_text import Event, Instruction, Words, parse, parse_call
 from pepper_sim.naoqi.client_services import ClientServices
 from pepper_sim.naoqi.service import Module, ServiceError, one_of, remote, shown
-from pepper_sim.naoqi.speech_tags import spoken, tags_alone
+from pepper_sim.naoqi.speech_tags import lasting_tags, spoken
 from pepper_sim.naoqi.tasks import Workers
 from pepper_sim.services.al_animation_player import ALAnimationPlayer
 from pepper_sim.services.al_memory import ALMemory
@@ -201,9 +201,13 @@ class _Performance:
                 if self._stopped.is_set():
                     return
                 if isinstance(item, Words):
-                    if not self._say(tags + item.text):
+                    text = tags + item.text
+                    if not spoken(text):
+                        tags = text  # bookmarks and pauses without words come with the next ones
+                        continue
+                    if not self._say(text):
                         return
-                    tags += tags_alone(item.text)
+                    tags = lasting_tags(text)
                 elif isinstance(item, Event):
                     self._raise(item)
                 else:
@@ -232,8 +236,6 @@ class _Performance:
     def _say(self, text: str) -> bool:
         """Say a piece; false when somebody made the robot fall silent."""
         service = self._service
-        if not spoken(text):
-            return True
         mode = self._mode or ("" if service._movement.isEnabled() else MODES[0])
         if mode != MODES[0]:
             service._movement.begin(spoken(text), mode)

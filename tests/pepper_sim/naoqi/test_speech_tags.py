@@ -3,7 +3,7 @@
 import pytest
 from reading_cost import grows_in_proportion
 
-from pepper_sim.naoqi.speech_tags import Tag, bookmarks, read, spoken, styled, tags_alone
+from pepper_sim.naoqi.speech_tags import Tag, bookmarks, lasting_tags, read, spoken, styled
 from pepper_sim.sound.speech import SpeechStyle
 
 
@@ -14,7 +14,19 @@ def test_words_and_tags_are_told_apart():
     )
     assert read("^start(animations/Stand/Gestures/Hey_1) Hi") == ("Hi", [])
     assert spoken(r"Hi \rspd=80\ you \\pau=500\\ there") == "Hi you there"
-    assert tags_alone(r"Hi \rspd=80\ you") == "\\rspd=80\\"
+
+
+@pytest.mark.parametrize(
+    ("text", "lasting"),
+    [
+        ("Hi /rspd=80/ you //VCT=120///vol=50/ there", "/rspd=80///VCT=120///vol=50/"),
+        ("Hi /mrk=5/ /pau=900/ you", ""),
+        ("/rspd=80/ Hi /rst/ you /vol=50/ there", "/vol=50/"),
+        ("/rspd=80/ Hi /RST/", ""),
+    ],
+)
+def test_only_the_style_since_the_last_reset_holds_for_what_follows(text, lasting):
+    assert lasting_tags(text.replace("/", "\\")) == lasting.replace("/", "\\")
 
 
 @pytest.mark.parametrize("backslash", ["\\", "\\\\"])

@@ -145,6 +145,17 @@ def test_a_text_that_follows_another_one_at_once_is_said_once(simulation, wait_u
     assert heard == ["1", "2", "3"]
 
 
+def test_a_bookmark_is_reported_once_however_many_pieces_follow(simulation, wait_until):
+    services, marks = {service.name: service for service in simulation.server.catalogue.services}, []
+    unfollow = services["ALMemory"].follow("ALTextToSpeech/CurrentBookMark", marks.append)
+    services["ALAnimatedSpeech"].say(
+        r"^mode(disabled) One \mrk=5\ two ^mode(disabled) three ^mode(disabled) \mrk=6\ ^mode(disabled) four"
+    ).result(20.0)
+    wait_until(lambda: 6 in marks, "the last one is reported")
+    unfollow()
+    assert [mark for mark in marks if mark] == [5, 6]
+
+
 def test_texts_that_cannot_be_said_do_not_silence_the_robot(naoqi, simulation, wait_until, refused):
     """ALDialog answers by ALAnimatedSpeech, too."""
     voice = next(s for s in simulation.server.catalogue.services if s.name == "ALTextToSpeech")
