@@ -253,6 +253,7 @@ class ALAudioPlayer(Module):
         with self._lock:
             if file.sound is sound:
                 self._playing.discard(file)
+                self._unload_if_only_playing(file)
 
     def _stop(self, file: SoundFile, sound: Sound | None = None) -> None:
         """Halt a file and go back to its beginning; only if it plays `sound`, if that is given."""
@@ -261,8 +262,11 @@ class ALAudioPlayer(Module):
                 return
             self._halt(file)
             file.position = 0.0
-            if file.only_playing:
-                self._files = {number: known for number, known in self._files.items() if known is not file}
+            self._unload_if_only_playing(file)
+
+    def _unload_if_only_playing(self, file: SoundFile) -> None:
+        if file.only_playing:
+            self._files = {number: known for number, known in self._files.items() if known is not file}
 
     def _halt(self, file: SoundFile) -> None:
         with self._lock:

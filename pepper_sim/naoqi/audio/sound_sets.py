@@ -17,8 +17,8 @@ from pepper_sim.sound.room import Sound, read_wave
 
 @dataclass(eq=False)
 class SoundFile:
-    """A file that was read; `position` [s] is where it plays next. One that is `only_playing` is loaded no longer than
-    it plays."""
+    """A file that was read; `position` [s] is where it plays next. One that is `only_playing` is loaded until it
+    has been stopped or has come to its end; a pause is neither."""
 
     samples: np.ndarray
     rate: int

@@ -99,6 +99,15 @@ def test_a_loop_is_loaded_no_longer_than_it_plays(player, connect, refused):
     assert player.getLoadedFilesIds() == []
 
 
+def test_a_loop_that_was_paused_and_is_played_to_its_end_is_loaded_no_longer(player, wait_until):
+    player.playFileInLoop("/home/nao/tone.wav")
+    (number,) = player.getLoadedFilesIds()
+    player.pause(int(number))
+    assert player.getLoadedFilesIds() == [number], "it can go on"
+    player.play(int(number))
+    wait_until(lambda: not player.getLoadedFilesIds(), "it is over")
+
+
 def test_missing_files_and_wrong_values_are_refused(player, refused):
     assert "not found" in refused(player.playFile, "/home/nao/none.wav")
     assert ".." in refused(player.loadFile, "../../../etc/hostname")
