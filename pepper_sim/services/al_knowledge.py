@@ -42,6 +42,8 @@ class ALKnowledge(Service):
         self._next = itertools.count(1)
         self._bytes = 0
         """At least what is held: what is removed is only noticed when this reaches its limit."""
+        self._removed = False
+        """Whether anything was, since this was counted."""
 
     # --- triples -----------------------------------------------------------------------------------------------------
 
@@ -59,8 +61,11 @@ class ALKnowledge(Service):
     @remote("v(ssss)")
     def remove(self, domain: str, subject: str, predicate: str, object: str) -> None:
         """Removes the triples that match. Their metadata stay."""
-        for triple in self._matching(domain, subject, predicate, object):
-            self._triples.pop(triple, None)
+        found = self._matching(domain, subject, predicate, object)
+        with self._lock:
+            for triple in found:
+                self._triples.pop(triple, None)
+                self._removed = True
 
     @remote("b(ssss)")
     def contains(self, domain: str, subject: str, predicate: str, object: str) -> bool:
@@ -74,6 +79,7 @@ class ALKnowledge(Service):
             self._triples = {triple: None for triple in self._triples if triple[0] != domain}
             self._metadata = {triple: held for triple, held in self._metadata.items() if triple[0] != domain}
             self._numbers = {triple: number for triple, number in self._numbers.items() if triple[0] != domain}
+            self._removed = True
 
     @remote("[s](sss)")
     def getSubject(self, domain: str, predicate: str, object: str) -> list[str]:
@@ -111,8 +117,9 @@ class ALKnowledge(Service):
             return False
         triple = _plain(domain, subject, predicate, object)
         with self._lock:
-            self._make_room(*triple, metadataName, metadataValue)
-            self._metadata.setdefault(triple, {})[metadataName, metadataValue] = None
+            if (metadataName, metadataValue) not in self._metadata.get(triple, {}):
+                self._make_room(*triple, metadataName, metadataValue)
+                self._metadata.setdefault(triple, {})[metadataName, metadataValue] = None
         return True
 
     @remote("b(ssssss)")
@@ -139,6 +146,7 @@ class ALKnowledge(Service):
         with self._lock:
             for triple, pair in found:
                 self._metadata.get(triple, {}).pop(pair, None)
+                self._removed = True
             self._drop_empty()
         return True
 
@@ -229,8 +237,9 @@ class ALKnowledge(Service):
 
     def _insert(self, triple: Triple) -> None:
         with self._lock:
-            self._make_room(*triple)
-            self._triples[triple] = None
+            if triple not in self._triples:
+                self._make_room(*triple)
+                self._triples[triple] = None
 
     def _make_room(self, *words: str) -> None:
         """Count what is about to be added.
@@ -239,7 +248,8 @@ class ALKnowledge(Service):
             ServiceError: There is no room for it.
         """
         more = _size(words)
-        if self._bytes + more > _MOST_BYTES:
+        if self._bytes + more > _MOST_BYTES and self._removed:
+            self._removed = False
             self._bytes = sum(map(_size, (*self._triples, *self._numbers)))
             self._bytes += sum(_size((*triple, *pair)) for triple, pairs in self._metadata.items() for pair in pairs)
         if self._bytes + more > _MOST_BYTES:
@@ -273,6 +283,7 @@ class ALKnowledge(Service):
                     due = _time(date)
                     if due is not None and due <= now:
                         del pairs[name, date]
+                        self._removed = True
                         if name == HAPPENING:
                             self._triples[triple] = None
                         else:

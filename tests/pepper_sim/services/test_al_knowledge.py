@@ -95,3 +95,18 @@ def test_triples_and_their_metadata_take_a_limited_number_of_bytes(small):
     service.resetKnowledge(LEARNING)
     for _ in range(200):
         service.add("colours", "sky", "hasColor", f"{1:1000}")
+
+
+def test_a_full_knowledge_is_counted_again_only_after_something_was_removed(small, monkeypatch):
+    service, taken = small
+    held = taken(lambda word: service.add("colours", "sky", "hasColor", word))
+    size, counted = module._size, []
+    monkeypatch.setattr(module, "_size", lambda words: counted.append(words) or size(words))
+    for number in range(10):
+        with pytest.raises(module.ServiceError, match="full"):
+            service.add("colours", "sea", "hasColor", f"{number:1000}")
+        service.add("colours", "sky", "hasColor", f"{number:1000}")  # it is there already
+    assert len(counted) == 10, "only what there is no room for"
+    service.remove("colours", "sky", "hasColor", f"{0:1000}")
+    service.add("colours", "sea", "hasColor", f"{0:1000}")
+    assert len(counted) == 10 + 1 + held - 1
