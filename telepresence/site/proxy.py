@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import subprocess
@@ -69,7 +70,7 @@ class CertificateWatch:
     def __init__(self, site: Site, files: Files, now: float) -> None:
         self._site, self._files = site, files
         self._look_due, self._renew_due = now + LOOK_PERIOD, now + RENEW_PERIOD
-        self._seen = self._stamps()
+        self._seen, self._served = self._stamps(), self._contents()
 
     def renewed(self, now: float) -> bool:
         """Return whether there is another certificate than at the last call, one that can be served.
@@ -88,14 +89,21 @@ class CertificateWatch:
             if stamps == self._seen:
                 return False
             own_context(self._files.certificate, self._files.key)
+            contents = self._contents()
         except (OSError, SiteError):  # it is just being written; else the next look finds the same
             return False
-        self._seen = stamps
-        return True
+        # Who only copies or touches the files, as rsync does, has renewed nothing: another start cuts every page.
+        renewed = contents != self._served
+        self._seen, self._served = stamps, contents
+        return renewed
 
     def _stamps(self) -> list[tuple[int, int]]:
         status = [file.stat() for file in (self._files.certificate, self._files.key)]
         return [(each.st_ino, each.st_mtime_ns) for each in status]
+
+    def _contents(self) -> list[bytes]:
+        files = (self._files.certificate, self._files.key)
+        return [hashlib.sha256(file.read_bytes()).digest() for file in files]
 
 
 def write_caddyfile(site: Site, files: Files) -> Path:

@@ -44,6 +44,22 @@ def test_a_certificate_of_our_own_is_renewed_in_time_though_the_site_runs_on(tmp
     assert files.certificate.read_bytes() != before
 
 
+def test_a_certificate_that_was_only_copied_is_not_renewed(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    site = parse_site("[robot.anna]", tmp_path)
+    files = proxy.certificate_files(site, tmp_path)
+    watch = proxy.CertificateWatch(site, files, now=0.0)
+    os.utime(files.certificate, (0, 0))
+    assert not watch.renewed(1.1 * proxy.LOOK_PERIOD)
+    copy = tmp_path / "copy"
+    copy.write_bytes(files.key.read_bytes())
+    copy.replace(files.key)
+    assert not watch.renewed(2.2 * proxy.LOOK_PERIOD)
+    files.certificate.unlink()
+    proxy.certificate_files(site, tmp_path)
+    assert watch.renewed(3.3 * proxy.LOOK_PERIOD)
+
+
 @pytest.fixture
 def instead_of_caddy(tmp_path, monkeypatch) -> Callable[[str], None]:
     """Put a shell script in Caddy's place."""
