@@ -40,12 +40,17 @@ def own_context(certificate: Path, key: Path | None = None) -> ssl.SSLContext:
     """Return what a server with a certificate of a person's own needs: PEM, with its chain; `key` where it is apart.
 
     Raises:
-        OSError, ssl.SSLError: The files cannot be read, or are no certificate and key.
+        OSError, ssl.SSLError: The files cannot be read, are no certificate and key, or the key has a passphrase.
     """
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
-    context.load_cert_chain(certificate, key)
+    context.load_cert_chain(certificate, key, _no_passphrase)  # OpenSSL itself would ask at the terminal, and wait
     return context
+
+
+def _no_passphrase() -> str:
+    """Stand in for the person who would type a passphrase."""
+    raise OSError("the key has a passphrase; a server needs one without (openssl pkey -in KEY -out OTHER)")
 
 
 def server_context(folder: Path, addresses: Iterable[str]) -> ssl.SSLContext:

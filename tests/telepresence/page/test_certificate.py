@@ -3,13 +3,26 @@
 import datetime
 import socket
 import ssl
+import sys
 import threading
 
 import pytest
 from cryptography import x509
+from cryptography.hazmat.primitives import serialization
+from telepresence_ros.pseudo_terminal import Terminal
 
 from telepresence.page import certificate
-from telepresence.page.certificate import fingerprint, names_of, own_context, server_context
+from telepresence.page.certificate import fingerprint, names_of, own_context, server_context, server_files
+
+READS = """
+import sys
+from pathlib import Path
+from telepresence.page.certificate import own_context
+try:
+    own_context(*map(Path, sys.argv[1:]))
+except OSError as error:
+    print("refused:", error)
+"""
 
 
 def names(folder):
@@ -98,3 +111,17 @@ def test_a_person_brings_a_certificate(tmp_path):
     assert set(names_of(one)) == {"localhost", socket.gethostname()}
     with pytest.raises(ssl.SSLError):
         own_context(tmp_path / "page.crt")
+
+
+def test_a_key_with_a_passphrase_is_refused_and_nobody_is_asked(tmp_path, wait_until):
+    """OpenSSL asks at the controlling terminal, and a supervisor that waits there brings nobody back."""
+    made, key_file = server_files(tmp_path, ["127.0.0.1"])
+    key = serialization.load_pem_private_key(key_file.read_bytes(), None)
+    secret = serialization.BestAvailableEncryption(b"secret")
+    key_file.write_bytes(key.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, secret))
+    terminal = Terminal(sys.executable, "-c", READS, str(made), str(key_file))
+    try:
+        wait_until(lambda: "\n" in terminal.seen or "pass phrase" in terminal.seen, "it has read the key")
+        assert "refused: the key has a passphrase" in terminal.seen
+    finally:
+        terminal.close()
