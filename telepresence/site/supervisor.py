@@ -33,6 +33,7 @@ from telepresence.site.unit import (
 from telepresence.site.unit import socket_of as page_socket
 from telepresence.station import heartbeat, processes, vitals
 from telepresence.station.kept_program import KeptProgram, Report
+from telepresence.station.listening_sockets import inodes_of, listening
 from telepresence.station.log_folder import LogKeeper
 from telepresence.station.pilot_page import FIRST_LINK_LASTS
 from telepresence.station.station_folder import StationFolder
@@ -50,8 +51,6 @@ UNIT_PATIENCE = 14.0
 PROXY_PATIENCE = 2.0
 OUTPUT, CADDY_OUTPUT = "unit-stdout.log", "caddy-stdout.log"
 """What a unit's programs print, and Caddy, each in its folder of logs; cut when they grow, as all logs."""
-PROBE = 0.1
-"""[s] for a port of this computer to take a connection."""
 LONGEST_END = 65536
 """[bytes] that are read of such a file: whoever reads it must go on beating."""
 
@@ -83,7 +82,7 @@ class RunningSite:
         self._answers: dict[str, Callable[[], bool]] = {
             unit.name: partial(takes_connections, page_socket(unit, folder)) for unit in site.units
         }
-        self._answers[PROXY] = partial(listens, site.address, site.port)
+        self._answers[PROXY] = lambda: listens(self._programs[PROXY].pid, site.port)
         (folder / "watch").mkdir(mode=0o700)
         for unit in site.units:
             self._start_unit(unit)
@@ -203,11 +202,13 @@ def takes_connections(path: Path) -> bool:
         return probe.connect_ex(str(path)) == 0
 
 
-def listens(address: str, port: int) -> bool:
-    """Return whether somebody takes connections at a tcp port of this computer."""
-    with socket.socket() as probe:
-        probe.settimeout(PROBE)
-        return probe.connect_ex((address, port)) == 0
+def listens(pid: int, port: int) -> bool:
+    """Return whether this process takes connections at a tcp port: another program may have it."""
+    there = {inode for inode, each in listening().items() if (each.protocol, each.port) == ("tcp", port)}
+    try:
+        return not there.isdisjoint(inodes_of(pid))
+    except PermissionError:  # nobody sees what a Caddy has open that setcap lets have ports below 1024, or a zombie
+        return bool(there) and vitals.state(pid) != "Z"
 
 
 def last_line(path: Path) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import socket
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,6 +40,22 @@ def listening(pid: int | None = None) -> dict[int, Listening]:
             words = line.split()
             if words[3] == state:
                 found[int(words[9])] = Listening(table[:3], *_place(words[1]))
+    return found
+
+
+def inodes_of(pid: int) -> set[int]:
+    """Return the inodes of a process's sockets; none of one that has ended.
+
+    Raises:
+        PermissionError: It is somebody else's, or has rights that its user lacks.
+    """
+    found = set()
+    with contextlib.suppress(FileNotFoundError):
+        for name in os.listdir(f"/proc/{pid}/fd"):
+            with contextlib.suppress(FileNotFoundError):  # it is closed meanwhile
+                target = os.readlink(f"/proc/{pid}/fd/{name}")
+                if target.startswith("socket:["):
+                    found.add(int(target[8:-1]))
     return found
 
 

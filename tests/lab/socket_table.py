@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from telepresence.station import processes
-from telepresence.station.listening_sockets import Listening, listening
+from telepresence.station.listening_sockets import Listening, inodes_of, listening
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "security.md"
 NODES = "every ROS node"
@@ -82,24 +82,13 @@ def listening_of(pids: Iterable[int]) -> dict[int, list[Listening]]:
             namespace = os.readlink(f"/proc/{pid}/ns/net")
             if namespace not in namespaces:
                 namespaces[namespace] = listening(pid)
+            own = inodes_of(pid)
         except OSError:
             continue  # it ended meanwhile, or is somebody else's
         every = namespaces[namespace]
-        sockets = sorted(every[inode] for inode in _inodes(pid) if inode in every)
+        sockets = sorted(every[inode] for inode in own if inode in every)
         if sockets:
             found[pid] = sockets
-    return found
-
-
-def _inodes(pid: int) -> set[int]:
-    found = set()
-    try:
-        for file in Path(f"/proc/{pid}/fd").iterdir():
-            target = os.readlink(file)
-            if target.startswith("socket:["):
-                found.add(int(target[8:-1]))
-    except OSError:
-        pass  # it ended meanwhile, or is somebody else's
     return found
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import signal
+import socket
 import ssl
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from telepresence.site import proxy, supervisor
 from telepresence.site.site_file import parse_site
 from telepresence.site.supervisor import CADDY_OUTPUT, OUTPUT, PROXY, RunningSite, listens
 from telepresence.station import processes, restarts, vitals
+from telepresence.station.listening_sockets import listening
 from telepresence.station.log_folder import LARGEST_OUTPUT
 
 pytestmark = pytest.mark.slow
@@ -57,13 +59,13 @@ def started(monkeypatch, free_port):
         monkeypatch.setenv("TELEPRESENCE_USERS", str(folder / "users.db"))
         sites, said = [], []
 
-        def start(**programs: str):
+        def start(port: int = 0, **programs: str):
             def command(unit, site, folder):
                 return [sys.executable, "-c", programs[unit.name], str(supervisor.page_socket(unit, folder))]
 
             monkeypatch.setattr(supervisor, "command", command)
             robots = "".join(f"[robot.{robot}]\n" for robot in programs)
-            site = parse_site(f"port = {free_port()}\nlogs = '{name}/logs'\n{robots}", folder)
+            site = parse_site(f"port = {port or free_port()}\nlogs = '{name}/logs'\n{robots}", folder)
             sites.append(RunningSite(site, *supervisor.prepare(site, folder), os.environ, said.append))
             return sites[0], site, said
 
@@ -93,10 +95,20 @@ def test_a_unit_that_was_killed_or_stopped_comes_back_alone(started):
 
 def test_the_proxy_comes_back(started):
     site, file, _ = started(anna=UNIT)
-    look_until(site, lambda: listens(file.address, file.port), "Caddy listens")
+    look_until(site, lambda: listens(site.pids[PROXY], file.port), "Caddy listens")
     before = site.pids[PROXY]
     os.kill(before, signal.SIGKILL)
-    look_until(site, lambda: site.pids[PROXY] != before and listens(file.address, file.port), "it listens again")
+    look_until(site, lambda: site.pids[PROXY] != before and listens(site.pids[PROXY], file.port), "it listens again")
+
+
+def test_a_proxy_whose_port_another_program_has_is_not_up_and_says_why_once(started):
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        site, file, said = started(other.getsockname()[1], anna=UNIT)
+        output = file.logs / "proxy" / CADDY_OUTPUT
+        look_until(site, lambda: output.read_text().count("address already in use") > 1, "it is tried again")
+        (why,) = [line for line in said if line.startswith("proxy")]
+        assert why.endswith("bind: address already in use")
+    look_until(site, lambda: "proxy: is up" in said, "it is up")
 
 
 def test_a_renewed_certificate_is_served_and_no_unit_notices(started, monkeypatch):
@@ -145,7 +157,20 @@ def test_a_proxy_that_does_not_come_up_says_why_once_and_is_there_as_soon_as_it_
     assert [line for line in said if line.startswith("proxy")] == ["proxy: Error: permission denied"]
     able.touch()
     look_until(site, lambda: "proxy: is up" in said, "it is up")
-    assert listens(file.address, file.port)
+    assert listens(site.pids[PROXY], file.port)
+
+
+def test_a_caddy_that_may_have_ports_below_1024_is_seen_too(monkeypatch):
+    """With setcap the kernel hides what it has open, even from its own user."""
+
+    def hidden(pid):
+        raise PermissionError
+
+    monkeypatch.setattr(supervisor, "inodes_of", hidden)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        assert listens(os.getpid(), port)
+    assert not listens(os.getpid(), port)
 
 
 def test_what_a_unit_prints_is_cut(started):
@@ -173,11 +198,11 @@ def test_the_last_line_of_a_large_output_is_read_and_not_all_of_it(tmp_path):
 
 def test_everything_ends_with_it(started):
     site, file, said = started(anna=UNIT, ben=UNIT)
-    look_until(site, lambda: len(said) == 3 and listens(file.address, file.port), "all is up")
+    look_until(site, lambda: len(said) == 3, "all is up")
     pids = site.pids
     site.close()
     assert not [name for name, pid in pids.items() if processes.send(pid, signal.SIGCONT)]
-    assert not listens(file.address, file.port)
+    assert file.port not in {each.port for each in listening().values()}
 
 
 def test_a_site_that_is_killed_leaves_nothing(free_port, monkeypatch, wait_until):
