@@ -8,6 +8,7 @@ import shutil
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
+from typing import BinaryIO
 
 from telepresence.page.certificate import own_context, server_files
 from telepresence.site.caddyfile import Files, caddyfile, names_of
@@ -131,7 +132,7 @@ def write_caddyfile(site: Site, files: Files) -> Path:
     return path
 
 
-def start_caddy(config: Path, output: Path, base: Mapping[str, str]) -> subprocess.Popen:
+def start_caddy(config: Path, output: BinaryIO, base: Mapping[str, str]) -> subprocess.Popen:
     """Start Caddy, which ends with this process.
 
     Args:
@@ -140,12 +141,11 @@ def start_caddy(config: Path, output: Path, base: Mapping[str, str]) -> subproce
         base: Environment of whoever has started the site.
     """
     folder = str(config.parent)
-    with output.open("ab") as file:
-        return processes.start(
-            [CADDY, "run", "--config", str(config), "--adapter", "caddyfile"],
-            tied=True,
-            env={**base, "XDG_DATA_HOME": folder, "XDG_CONFIG_HOME": folder},
-            stdin=subprocess.DEVNULL,
-            stdout=file,
-            stderr=subprocess.STDOUT,
-        )
+    return processes.start(
+        [CADDY, "run", "--config", str(config), "--adapter", "caddyfile"],
+        tied=True,
+        env={**base, "XDG_DATA_HOME": folder, "XDG_CONFIG_HOME": folder},
+        stdin=subprocess.DEVNULL,
+        stdout=output,
+        stderr=subprocess.STDOUT,
+    )

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from typing import BinaryIO
 
 from telepresence.page.certificate import fingerprint
 from telepresence.site.caddyfile import Files
@@ -79,6 +80,7 @@ class RunningSite:
         self._beats: dict[str, Beats | None] = {}
         self._up: set[str] = set()
         self._said: dict[str, str] = {}
+        self._begun: dict[str, int] = {}
         self._answers: dict[str, Callable[[], bool]] = {
             unit.name: partial(takes_connections, page_socket(unit, folder)) for unit in site.units
         }
@@ -93,9 +95,7 @@ class RunningSite:
         self._keeper = LogKeeper(proxy_logs, *folders, deletes=False).start()
         output = proxy_logs / CADDY_OUTPUT
         self._beats[PROXY] = None
-        self._programs[PROXY] = KeptProgram(
-            PROXY, partial(start_caddy, config, output, self._base), self._reporter(PROXY, output)
-        )
+        self._programs[PROXY] = KeptProgram(PROXY, partial(self._proxy, config, output), self._reporter(PROXY, output))
 
     def _start_unit(self, unit: Unit) -> None:
         beats = None if unit.image else Beats(heartbeat_of(unit, self._folder))  # a container has its healthcheck
@@ -107,8 +107,8 @@ class RunningSite:
 
     def _reporter(self, name: str, output: Path, beats: Beats | None = None) -> Report:
         def report(_program: str, _what: str, _then: str) -> None:  # which the log says
-            said = last_line(output)
-            if name not in self._up and said != self._said.get(name):  # why, it has said itself
+            said = last_line(output, self._begun[name])
+            if name not in self._up and said not in ("", self._said.get(name)):  # why, it has said itself
                 self._said[name] = said
                 self._say(f"{name}: {said}")
             self._up.discard(name)
@@ -184,7 +184,7 @@ class RunningSite:
         variables = self._base
         if beats is not None:
             variables = environment(unit, self._site, self._key, logs, self._base) | {"NOTIFY_SOCKET": str(beats.path)}
-        with (logs / OUTPUT).open("ab") as output:
+        with self._open(unit.name, logs / OUTPUT) as output:
             return processes.start(
                 command(unit, self._site, self._folder),
                 tied=True,
@@ -193,6 +193,16 @@ class RunningSite:
                 stdout=output,
                 stderr=subprocess.STDOUT,
             )
+
+    def _proxy(self, config: Path, path: Path) -> subprocess.Popen:
+        with self._open(PROXY, path) as output:
+            return start_caddy(config, output, self._base)
+
+    def _open(self, name: str, path: Path) -> BinaryIO:
+        """Open the file with what a program prints, for a start of it; what earlier starts have printed stays."""
+        output = path.open("ab")
+        self._begun[name] = os.fstat(output.fileno()).st_size
+        return output
 
 
 def takes_connections(path: Path) -> bool:
@@ -211,11 +221,17 @@ def listens(pid: int, port: int) -> bool:
         return bool(there) and vitals.state(pid) != "Z"
 
 
-def last_line(path: Path) -> str:
-    """Return the last line that a program has printed; empty for none."""
+def last_line(path: Path, begun: int = 0) -> str:
+    """Return the last line that a program has printed; empty for none.
+
+    Args:
+        begun: Length of the file when the program was started [bytes].
+    """
     try:
         with path.open("rb") as file:
-            file.seek(max(0, file.seek(0, os.SEEK_END) - LONGEST_END))
+            end = file.seek(0, os.SEEK_END)
+            begun = begun if begun <= end else 0  # it was cut meanwhile
+            file.seek(max(begun, end - LONGEST_END))
             lines = file.read(LONGEST_END).decode(errors="replace").splitlines()
     except OSError:
         return ""

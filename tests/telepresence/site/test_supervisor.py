@@ -133,6 +133,16 @@ def test_a_unit_that_does_not_come_up_says_why_once(started):
     assert [line for line in said if not line.startswith("proxy")] == ["anna: port 9559 is taken"]
 
 
+def test_a_unit_that_ends_without_a_word_gets_none_of_an_earlier_run(started):
+    logs = Path.home() / "logs" / "anna"
+    logs.mkdir(parents=True)
+    (logs / OUTPUT).write_text("port 9559 is taken\n")
+    site, _, said = started(anna="raise SystemExit(1)")
+    before = site.pids["anna"]
+    look_until(site, lambda: site.pids["anna"] != before, "it is started again")
+    assert [line for line in said if not line.startswith("proxy")] == []
+
+
 def test_a_unit_that_takes_long_to_find_out_fills_no_log(started, monkeypatch, caplog):
     monkeypatch.setattr(restarts, "STEADY_AFTER", 0.0)  # as if each start took longer
     site, file, _ = started(anna=BROKEN)
@@ -194,6 +204,18 @@ def test_the_last_line_of_a_large_output_is_read_and_not_all_of_it(tmp_path):
         tracemalloc.stop()
     output.write_text("short\n")
     assert supervisor.last_line(output) == "short"
+
+
+def test_the_last_line_is_that_of_this_start_though_the_output_was_cut(tmp_path):
+    output = tmp_path / OUTPUT
+    output.write_text("of an earlier one\n")
+    begun = output.stat().st_size
+    assert supervisor.last_line(output, begun) == ""
+    with output.open("a") as file:
+        file.write("of this one\n")
+    assert supervisor.last_line(output, begun) == "of this one"
+    output.write_text("after a cut\n")
+    assert supervisor.last_line(output, begun) == "after a cut"
 
 
 def test_everything_ends_with_it(started):
