@@ -88,7 +88,7 @@ class RunningSite:
         (folder / "watch").mkdir(mode=0o700)
         for unit in site.units:
             self._start_unit(unit)
-        proxy_logs = site_logs(site) / PROXY
+        proxy_logs = proxy_log_folder(site)
         proxy_logs.mkdir(mode=0o700, parents=True, exist_ok=True)
         # A container's programs do not see the file with their output, and a unit that does not come up cuts nothing.
         folders = [log_folder(unit, site) for unit in site.units]
@@ -203,6 +203,11 @@ class RunningSite:
         output = path.open("ab")
         self._begun[name] = os.fstat(output.fileno()).st_size
         return output
+
+
+def proxy_log_folder(site: Site) -> Path:
+    """Return the folder of Caddy's logs: two sites of one user, whose robots have other names, run side by side."""
+    return site_logs(site) / PROXY / f"{site.address}-{site.port}"
 
 
 def takes_connections(path: Path) -> bool:

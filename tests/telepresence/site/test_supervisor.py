@@ -19,7 +19,7 @@ from site_unit import UNIT
 
 from telepresence.site import proxy, supervisor
 from telepresence.site.site_file import parse_site
-from telepresence.site.supervisor import CADDY_OUTPUT, OUTPUT, PROXY, RunningSite, listens
+from telepresence.site.supervisor import CADDY_OUTPUT, OUTPUT, PROXY, RunningSite, listens, proxy_log_folder
 from telepresence.station import processes, restarts, vitals
 from telepresence.station.listening_sockets import listening
 from telepresence.station.log_folder import LARGEST_OUTPUT
@@ -104,7 +104,7 @@ def test_the_proxy_comes_back(started):
 def test_a_proxy_whose_port_another_program_has_is_not_up_and_says_why_once(started):
     with socket.create_server(("127.0.0.1", 0)) as other:
         site, file, said = started(other.getsockname()[1], anna=UNIT)
-        output = file.logs / "proxy" / CADDY_OUTPUT
+        output = proxy_log_folder(file) / CADDY_OUTPUT
         look_until(site, lambda: output.read_text().count("address already in use") > 1, "it is tried again")
         (why,) = [line for line in said if line.startswith("proxy")]
         assert why.endswith("bind: address already in use")
@@ -162,7 +162,7 @@ def test_a_proxy_that_does_not_come_up_says_why_once_and_is_there_as_soon_as_it_
     caddy.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
     site, file, said = started(anna=UNIT)
-    output = file.logs / "proxy" / CADDY_OUTPUT
+    output = proxy_log_folder(file) / CADDY_OUTPUT
     look_until(site, lambda: len(output.read_text().splitlines()) > 2, "it is tried again")
     assert [line for line in said if line.startswith("proxy")] == ["proxy: Error: permission denied"]
     able.touch()
@@ -181,6 +181,12 @@ def test_a_caddy_that_may_have_ports_below_1024_is_seen_too(monkeypatch):
         port = server.getsockname()[1]
         assert listens(os.getpid(), port)
     assert not listens(os.getpid(), port)
+
+
+def test_two_sites_side_by_side_keep_what_their_proxies_print_apart(tmp_path):
+    places = ("", "port = 9000\n", "address = '127.0.0.2'\n")
+    sites = [parse_site(f"{place}logs = '{tmp_path}'\n[robot.anna]", tmp_path) for place in places]
+    assert len({proxy_log_folder(site) for site in sites}) == 3
 
 
 def test_what_a_unit_prints_is_cut(started):
