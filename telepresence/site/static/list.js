@@ -29,12 +29,14 @@ function takeLink() {
 }
 
 /** @param {HTMLElement} state
- * @returns {string} What the robot's page gets: of a link with key and invitation the one that it takes. */
+ * @returns {string} What the robot's page gets: of a link with a key the secret that it takes, if it takes one. Where
+ * people sign in, a key counts as a failed try. An invitation alone may be that of any page, and goes to all. */
 function wayInto(state) {
   const kept = sessionStorage.getItem(KEPT) ?? "";
-  if (!kept.includes("&")) return kept;
-  const name = state.dataset.opens;
-  return name ? `#${name}=${new URLSearchParams(kept.slice(1)).get(name)}` : "";
+  const ways = new URLSearchParams(kept.slice(1));
+  if (!ways.has("k")) return kept;
+  const name = state.dataset.opens ?? "";
+  return ways.has(name) ? `#${name}=${ways.get(name)}` : "";
 }
 
 /** @param {HTMLElement} state */

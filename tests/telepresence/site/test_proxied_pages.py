@@ -113,16 +113,24 @@ def test_a_link_to_the_list_goes_on_to_the_robot_and_stays_in_no_address(browser
     browser.evaluate("sessionStorage.clear()")
 
 
-def test_a_link_with_a_key_and_an_invitation_hands_each_robot_its_own(browser):
-    """At anna's, by the file, nobody signs in, at ben's people do."""
-    noted = "if (location.hash) sessionStorage.setItem('came', location.hash)"
+@pytest.mark.parametrize(
+    ("link", "robot", "way"),
+    [
+        ("#k=a-key&i=abc-DEF_123", "ben", "#i=abc-DEF_123"),
+        ("#k=a-key&i=abc-DEF_123", "anna", "#k=a-key"),
+        ("#k=a-key", "ben", ""),
+        ("#k=a-key", "anna", "#k=a-key"),
+    ],
+)
+def test_a_link_with_a_key_hands_each_robot_its_own(browser, link, robot, way):
+    """At anna's, by the file, nobody signs in, at ben's people do: there a key counts as a failed try."""
+    noted = f"if (location.pathname === '/{robot}/') sessionStorage.setItem('came', location.hash)"
     script = browser.tools.call("Page.addScriptToEvaluateOnNewDocument", source=noted)
     try:
-        for robot, way in (("ben", "#i=abc-DEF_123"), ("anna", "#k=a-key")):
-            open_by_link(browser, "#k=a-key&i=abc-DEF_123")
-            browser.click(f'a[href="{robot}/"]')
-            browser.until(f"location.pathname === '/{robot}/' && document.readyState === 'complete'", "its page")
-            assert browser.evaluate("sessionStorage.getItem('came')") == way
+        open_by_link(browser, link)
+        browser.click(f'a[href="{robot}/"]')
+        browser.until(f"location.pathname === '/{robot}/' && document.readyState === 'complete'", "its page")
+        assert browser.evaluate("sessionStorage.getItem('came')") == way
     finally:
         browser.tools.call("Page.removeScriptToEvaluateOnNewDocument", **script)
         browser.evaluate("sessionStorage.clear()")
