@@ -17,7 +17,7 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -51,6 +51,7 @@ class LogKeeper:
     def __init__(self, *folders: Path, deletes: bool = True) -> None:
         self._folders = folders or (log_folder(),)
         self._deletes = deletes
+        self._untidy: set[tuple[str, Path]] = set()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="log-keeper", daemon=True)
 
@@ -65,17 +66,25 @@ class LogKeeper:
     def _run(self) -> None:
         due = 0.0
         while True:
-            try:
+            for folder in self._folders:
+                self._tidy(folder, cut_outputs)
+            if self._deletes and time.monotonic() >= due:
+                due = time.monotonic() + TIDY_PERIOD
                 for folder in self._folders:
-                    cut_outputs(folder)
-                if self._deletes and time.monotonic() >= due:
-                    due = time.monotonic() + TIDY_PERIOD
-                    for folder in self._folders:
-                        delete_old(folder)
-            except OSError as error:  # a disk that is full or gone must not end the station
-                log.warning("logs are not tidied: %s", error)
+                    self._tidy(folder, delete_old)
             if self._stop.wait(CUT_PERIOD):
                 return
+
+    def _tidy(self, folder: Path, how: Callable[[Path], object]) -> None:
+        """Tidy a folder; of one where that fails a line is logged, and the next one when it has worked meanwhile."""
+        what = how.__name__, folder
+        try:
+            how(folder)
+            self._untidy.discard(what)
+        except OSError as error:  # a disk that is full or gone must not end the station
+            if what not in self._untidy:
+                log.warning("logs in %s are not tidied: %s", folder, error)
+            self._untidy.add(what)
 
 
 def log_folder() -> Path:
@@ -113,20 +122,34 @@ def cut_outputs(folder: Path) -> None:
     """Cut each file with what a program prints that has become too large; its end is kept beside it, as NAME.1.
 
     A program that goes on writing where it was leaves a hole, which takes no room: so blocks count and not the length.
+
+    Raises:
+        OSError: One of them cannot be cut, or its end cannot be kept; all others are cut.
     """
+    failed = None
     for path in [path for place in ("*.log", "*/*.log") for path in folder.glob(place) if path.name.endswith(OUTPUTS)]:
-        with contextlib.suppress(FileNotFoundError):  # another station's keeper may delete it
-            if path.is_symlink() or path.stat().st_blocks * 512 <= LARGEST_OUTPUT:
-                continue
-            with path.open("rb+") as file:
-                fcntl.flock(file, fcntl.LOCK_EX)  # a site and its unit cut the same file
-                if os.fstat(file.fileno()).st_blocks * 512 <= LARGEST_OUTPUT:
-                    continue
-                file.seek(-KEPT_OUTPUT, os.SEEK_END)
-                end = file.read(KEPT_OUTPUT)
-                with open(os.open(f"{path}.1", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as kept:
-                    kept.write(end)
-                file.truncate(0)
+        try:
+            _cut(path)
+        except FileNotFoundError:
+            continue  # another station's keeper has deleted it
+        except OSError as error:
+            failed = error
+    if failed is not None:
+        raise failed
+
+
+def _cut(path: Path) -> None:
+    if path.is_symlink() or path.stat().st_blocks * 512 <= LARGEST_OUTPUT:
+        return
+    with path.open("rb+") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)  # a site and its unit cut the same file
+        if os.fstat(file.fileno()).st_blocks * 512 <= LARGEST_OUTPUT:
+            return
+        file.seek(-KEPT_OUTPUT, os.SEEK_END)
+        end = file.read(KEPT_OUTPUT)
+        file.truncate(0)  # first: on a full disk its end finds room only then
+        with open(os.open(f"{path}.1", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as kept:
+            kept.write(end)
 
 
 def _entries(folder: Path) -> Iterator[_Entry]:

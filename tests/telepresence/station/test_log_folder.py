@@ -87,6 +87,41 @@ def test_the_keeper_cuts_by_itself(tmp_path, wait_until):
         keeper.close()
 
 
+def test_what_is_printed_is_cut_though_its_end_cannot_be_kept(tmp_path):
+    """Where there is no room for the end, too much is printed above all."""
+    outputs = [tmp_path / f"{name}-stdout.log" for name in ("anna", "ben", "carl")]
+    for path in outputs:
+        path.write_bytes(b"x" * 2 * log_folder.LARGEST_OUTPUT)
+    Path(f"{outputs[1]}.1").mkdir()
+    with pytest.raises(IsADirectoryError):
+        cut_outputs(tmp_path)
+    assert [path.stat().st_size for path in outputs] == [0, 0, 0]
+
+
+def test_a_folder_that_cannot_be_tidied_holds_up_no_other_and_is_told_until_it_can(
+    tmp_path, monkeypatch, caplog, wait_until
+):
+    anna, ben, broken, cut = tmp_path / "anna", tmp_path / "ben", [True], []
+
+    def cut_outputs(folder):
+        if folder == anna and broken:
+            raise OSError("no disk")
+        cut.append(folder)
+
+    monkeypatch.setattr(log_folder, "cut_outputs", cut_outputs)
+    monkeypatch.setattr(log_folder, "CUT_PERIOD", 0.001)
+    keeper = LogKeeper(anna, ben, deletes=False).start()
+    try:
+        wait_until(lambda: cut.count(ben) > 3, "the other folder is cut again and again")
+        assert anna not in cut and caplog.messages == [f"logs in {anna} are not tidied: no disk"]
+        broken.clear()
+        wait_until(lambda: anna in cut, "the disk is back")
+        broken.append(True)
+        wait_until(lambda: len(caplog.messages) == 2, "the disk is gone again")
+    finally:
+        keeper.close()
+
+
 def test_a_python_program_that_logs_in_a_tight_loop_does_not_fill_the_disk(tmp_path):
     environment = {**os.environ, "ROS_PYTHON_LOG_CONFIG_FILE": str(CONFIGURATION), "ROS_LOG_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-c", FLOOD], env=environment, check=True, timeout=60)
