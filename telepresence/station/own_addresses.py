@@ -1,9 +1,14 @@
-"""Which addresses are this machine's. Standard library only."""
+"""Which addresses are this machine's. Standard library only.
+
+python3 -m telepresence.station.own_addresses HOST[:PORT]       ends with 0 if that leads to this machine
+"""
 
 from __future__ import annotations
 
 import contextlib
 import socket
+import sys
+from urllib.parse import urlsplit
 
 
 def is_ours(host: str) -> bool:
@@ -17,3 +22,7 @@ def is_ours(host: str) -> bool:
             probe.bind(place)
             return True
     return False
+
+
+if __name__ == "__main__":
+    sys.exit(not is_ours(urlsplit(f"//{sys.argv[1]}").hostname or ""))

@@ -111,22 +111,38 @@ def test_the_environment_has_umlauts_in_every_locale(request):
     [
         ("http://192.0.2.5:11311", {}, True),
         ("http://robot.example:11311/", {}, True),
+        ("http://192.0.2.5:11311", {"ROS_IP": "127.0.0.1"}, True),
+        ("http://192.0.2.5:11311", {"ROS_HOSTNAME": "localhost"}, True),
+        ("http://[2001:db8::5]:11311", {"ROS_IP": "192.0.2.7", "ROS_HOSTNAME": "127.0.0.1"}, True),
         ("http://192.0.2.5:11311", {"ROS_IP": "192.0.2.7"}, False),
         ("http://192.0.2.5:11311", {"ROS_HOSTNAME": "pilot.example"}, False),
         (f"http://{socket.gethostname()}:11311", {}, False),
         ("http://localhost:11311/", {}, False),
+        ("http://LOCALHOST:11311", {}, False),
+        ("http://localhost.localdomain:11311", {}, False),
+        ("http://ip6-localhost:11311", {}, False),
+        ("http://0177.1:11311", {}, False),
         ("http://127.0.0.1:11312", {}, False),
         ("http://[::1]:11311", {}, False),
         ("", {}, False),
     ],
 )
 def test_the_environment_says_that_a_master_elsewhere_gets_no_data(request, uri, own, warns):
+    """0177.1 is 127.0.0.1, as inet_aton(3) reads it: a name of this machine of which no name server needs to know."""
     shell = {name: value for name, value in os.environ.items() if name not in ("ROS_IP", "ROS_HOSTNAME")}
     shell |= {"ROS_MASTER_URI": uri, **own}
     words = ["bash", "-uc", ". ./env.sh; echo $ROS_IP"]
     answer = subprocess.run(words, cwd=request.config.rootpath, env=shell, capture_output=True, text=True)
     assert ("no data comes" in answer.stderr) is warns, answer.stderr
+    assert ("unset ROS_HOSTNAME" in answer.stderr) is (warns and "ROS_HOSTNAME" in own)
     assert answer.stdout.strip() == own.get("ROS_IP", "" if own else "127.0.0.1"), "nothing listens elsewhere unasked"
+
+
+def test_the_environment_warns_of_a_master_that_is_chosen_after_it_was_read(request):
+    shell = {name: value for name, value in os.environ.items() if name not in ("ROS_IP", "ROS_HOSTNAME")}
+    words = ["bash", "-uc", ". ./env.sh; export ROS_MASTER_URI=http://192.0.2.5:11311; bash -uc '. ./env.sh'"]
+    answer = subprocess.run(words, cwd=request.config.rootpath, env=shell, capture_output=True, text=True)
+    assert answer.stderr.count("no data comes") == 1, answer.stderr
 
 
 def test_the_environment_passes_on_what_a_program_prints_before_it_is_killed(request):
