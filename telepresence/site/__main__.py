@@ -26,6 +26,9 @@ from telepresence.station.unprivileged import STAY, must_leave_root
 from telepresence.stop_signals import stop_on
 from telepresence.temporary_folder import TemporaryFolder
 
+CHECKED = "telepresence-checked-"
+"""Prefix of the folder of a check: as long as the site's, whose path must have room for names of sockets."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
@@ -45,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def check(site: Site) -> int:
     """Say what would run; the exit code. Raises RuntimeError, OSError."""
     require_ports(site)
-    with TemporaryFolder("telepresence-site-check-") as folder:  # as long a path as the site's has
+    with TemporaryFolder(CHECKED) as folder:
         files = certificate_files(site, folder)
         write_caddyfile(site, files)
         print(banner(site, site.url, fingerprint(files.certificate)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from telepresence.page import certificate
 from telepresence.site import __main__, proxy
 from telepresence.site.caddyfile import Files
 from telepresence.site.site_file import SiteError, parse_site
+from telepresence.station.station_folder import StationFolder
 
 
 def test_a_certificate_that_is_none_is_named(tmp_path):
@@ -98,3 +100,19 @@ def test_a_check_that_is_interrupted_ends_without_a_traceback(tmp_path, monkeypa
     monkeypatch.setattr(__main__, "require_ports", lambda site: None)
     monkeypatch.setattr(__main__, "certificate_files", interrupted)
     assert __main__.main(["check", str(file)]) == 130
+
+
+def test_a_check_has_as_long_a_path_as_the_site(tmp_path, monkeypatch):
+    """Or it refuses a folder for temporary files in which the site's sockets have room."""
+
+    def judged(site, folder):
+        raise SiteError(str(folder))
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(__main__, "require_ports", lambda site: None)
+    monkeypatch.setattr(__main__, "certificate_files", judged)
+    with pytest.raises(SiteError) as caught:
+        __main__.check(parse_site("[robot.anna]", tmp_path))
+    folder = StationFolder()
+    folder.close()
+    assert len(str(caught.value)) == len(str(folder.path))
