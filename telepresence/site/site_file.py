@@ -24,7 +24,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from telepresence import ports
-from telepresence.station.launch_settings import STATIONS, launch_arguments, require_known, require_loopback
+from telepresence.station.launch_settings import STATIONS, launch_arguments, require_choices, require_loopback
 from telepresence.switch import is_on
 
 FIRST_PORT, PORTS_OF_ONE = 21000, 20
@@ -237,7 +237,7 @@ def _robot(name: str, fields: Any, first_port: int, folder: Path) -> Unit | Else
         raise SiteError(f'{what}: image = "{image}" is no name of an image')
     try:
         signs_in = is_on(settings, "sign_in")
-        require_known(kind, settings)
+        require_choices(kind, settings)
         if is_on(settings, "sim"):
             for wire in STATIONS[kind]:
                 require_loopback(settings, wire.address)

@@ -145,9 +145,9 @@ def environment(unit: Unit, site: Site, key: str, logs: Path, base: Mapping[str,
     Args:
         key: Lets in, where nobody signs in, whoever has started the site.
         logs: The folder of the unit's logs.
-        base: Environment of whoever has started the site.
+        base: Environment of whoever has started the site, without what is the site's own.
     """
-    made = {name: value for name, value in base.items() if name not in ("NOTIFY_SOCKET", "ROS_HOSTNAME", "DISPLAY")}
+    made = {name: value for name, value in base.items() if name not in ("ROS_HOSTNAME", "DISPLAY")}
     return made | {
         "ROS_MASTER_URI": f"http://127.0.0.1:{unit.master_port}",
         "ROS_IP": "127.0.0.1",

@@ -77,12 +77,17 @@ def _declared(launch_file: Path) -> list[xml.etree.ElementTree.Element]:
 
 
 def require_known(robot: str, settings: dict[str, str]) -> None:
-    """Raise RuntimeError when the launch file has no such argument, or there is no such scene or gait; roslaunch itself
-    ignores the former and starts a simulator that ends at once with the latter."""
+    """Raise RuntimeError when the launch file has no such argument, which roslaunch itself ignores, or its value names
+    nothing that there is."""
     known = sorted({*launch_arguments(robot), *OWN_SETTINGS})
     for name in settings:
         if name not in known:
             raise RuntimeError(f"{robot} has no argument '{name}'; arguments: {', '.join(known)}")
+    require_choices(robot, settings)
+
+
+def require_choices(robot: str, settings: dict[str, str]) -> None:
+    """Raise RuntimeError when there is no such scene or gait: with it the simulator would end at once."""
     scenes = sorted(path.stem for path in SCENES.glob("*.xml"))
     for name in ("scene", "terrain"):
         if settings.get(name, scenes[0]) not in scenes:

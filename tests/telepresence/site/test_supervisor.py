@@ -93,6 +93,15 @@ def test_a_unit_that_was_killed_or_stopped_comes_back_alone(started):
         assert before["anna"] != after.pop("anna") and after.items() < before.items()
 
 
+def test_neither_unit_nor_proxy_gets_what_the_site_has_for_itself(started, monkeypatch):
+    """A unit that beats for the site would keep systemd from noticing that the site is frozen."""
+    for name in ("NOTIFY_SOCKET", "TELEPRESENCE_STATION"):
+        monkeypatch.setenv(name, "/of/the/site")
+    site, _, said = started(anna=UNIT)
+    look_until(site, lambda: len(said) == 2, "all is up")
+    assert not [name for name, pid in site.pids.items() if "/of/the/site" in Path(f"/proc/{pid}/environ").read_text()]
+
+
 def test_the_proxy_comes_back(started):
     site, file, _ = started(anna=UNIT)
     look_until(site, lambda: listens(site.pids[PROXY], file.port), "Caddy listens")

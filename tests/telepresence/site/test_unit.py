@@ -51,13 +51,13 @@ def test_a_real_robots_ports_are_left_alone():
     assert set(ports_of(anna)) == {"master_port", "page_port", "drive_port"} and ports_of(anna)["page_port"][0] == 10002
 
 
-def test_each_unit_has_a_master_and_logs_of_its_own_and_nothing_of_the_sites():
+def test_each_unit_has_a_master_and_logs_of_its_own_and_no_display():
     site = site_of(BOTH)
-    base = {"PATH": "/bin", "NOTIFY_SOCKET": "/systemd", "DISPLAY": ":0", "ROS_MASTER_URI": "http://elsewhere:1"}
+    base = {"PATH": "/bin", "DISPLAY": ":0", "ROS_MASTER_URI": "http://elsewhere:1"}
     made = [environment(unit, site, "key", log_folder(unit, site), base) for unit in site.units]
     for name in ("ROS_MASTER_URI", "ROS_LOG_DIR"):
         assert len({each[name] for each in made}) == 3
-    assert all("NOTIFY_SOCKET" not in each and "DISPLAY" not in each for each in made)
+    assert all("DISPLAY" not in each for each in made)
     assert {each["TELEPRESENCE_SITE"] for each in made} == {"https://localhost:8443/"}
 
 
