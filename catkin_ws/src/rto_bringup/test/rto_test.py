@@ -98,12 +98,16 @@ class Rto(LaunchTest):
 
     def test_programs_for_rto_core_get_what_they_subscribe_to(self):
         probe = self.probe
-        joints, motors = "/rto3/rto_joint_states", "/rto3/motor_readings"
+        joints, motors, clearing = (
+            f"/rto3/{name}" for name in ("rto_joint_states", "motor_readings", "distance_sensors_clearing")
+        )
         probe.watch(joints, "sensor_msgs/JointState", ["name", "velocity", "header.stamp"])
         probe.watch(motors, "rto_msgs/MotorReadings", ["velocities", "stamp"])
-        probe.watch("/rto3/distance_sensors_clearing", "sensor_msgs/PointCloud", ["len(points)", "header.frame_id"])
+        probe.watch(clearing, "sensor_msgs/PointCloud", ["len(points)", "points.0.x", "header.frame_id"])
         self.assertEqual(self.latest(joints)[0], ["wheel2_joint", "wheel0_joint", "wheel1_joint"])
-        self.assertEqual(self.latest("/rto3/distance_sensors_clearing"), [720, "base_link"])
+        points, ahead, frame = self.latest(clearing)
+        self.assertEqual((points, frame), (1, "base_link"))
+        self.assertAlmostEqual(ahead, 5.0, delta=0.01)
         pilot = self.pilot(0.2)
 
         def together():

@@ -35,8 +35,9 @@ WHEEL_JOINTS = ("wheel0_joint", "wheel1_joint", "wheel2_joint")
 """Joints of the wheels at 60, 180 and 300 degrees."""
 
 
-CLEARING_POINTS, CLEARING_RADIUS = 720, 5.0
-"""Of `clearing_circle`: one point every half degree, [m]; rto_node of dietriro/rto_core."""
+CLEARING_POINT = (5.0 * math.cos(0.008727), 5.0 * math.sin(0.008727), GUIDE_HEIGHT)
+"""The far end of the only ray, half a degree left of ahead, along which a costmap forgets obstacles, in base_link [m]:
+rto_node of dietriro/rto_core, whose 720 points are all this one."""
 
 
 def guide_points(distances: Sequence[float]) -> list[tuple[float, float, float]]:
@@ -88,9 +89,3 @@ def wheel_speeds(vx: float, vy: float, wz: float) -> tuple[float, float, float]:
 def motor_speeds(wheels: Sequence[float]) -> list[float]:
     """How fast the motors turn [rpm] for wheels that turn so fast [rad/s]."""
     return [speed * GEAR * 60.0 / math.tau for speed in wheels]
-
-
-def clearing_circle() -> list[tuple[float, float, float]]:
-    """Points around the robot, in base_link [m], as far as a costmap is to forget obstacles."""
-    angles = (math.tau * i / CLEARING_POINTS for i in range(CLEARING_POINTS))
-    return [(CLEARING_RADIUS * math.cos(angle), CLEARING_RADIUS * math.sin(angle), GUIDE_HEIGHT) for angle in angles]

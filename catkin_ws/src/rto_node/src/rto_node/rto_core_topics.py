@@ -3,10 +3,11 @@
 Publishes:  motor_readings (rto_msgs/MotorReadings, latched: speeds in rpm of the motors; REST knows neither their
             positions nor their currents, which are empty); rto_joint_states (sensor_msgs/JointState: joint_states in
             that node's order, nothing if it is remapped to joint_states); distance_sensors_clearing
-            (sensor_msgs/PointCloud, latched: a circle of 5 m in base_link, along which a costmap forgets what the
+            (sensor_msgs/PointCloud, latched: one point 5 m ahead in base_link, up to which a costmap forgets what the
             sensors no longer see).
-Source: rto_node of dietriro/rto_core: names, types, order of the joints, size of the circle. There all its points lie
-in one direction, and it is published whether the robot answers or not.
+Source: rto_node of dietriro/rto_core: names, types, order of the joints, the point. There it comes 720 times in a
+message, and whether the robot answers or not. Points all around, which its authors may have meant, would make the
+costmaps of rto_navigation forget what the laser saw and no longer sees: everything behind the robot, up to 5 m away.
 """
 
 from __future__ import annotations
@@ -28,7 +29,6 @@ class RtoCoreTopics:
     def __init__(self) -> None:
         self._motors = rospy.Publisher("motor_readings", MotorReadings, queue_size=1, latch=True)
         self._clearing = rospy.Publisher("distance_sensors_clearing", PointCloud, queue_size=1, latch=True)
-        self._circle = [Point32(*point) for point in robot_facts.clearing_circle()]
         self._joints: rospy.Publisher | None = None
         if rospy.resolve_name("rto_joint_states") != rospy.resolve_name("joint_states"):
             self._joints = rospy.Publisher("rto_joint_states", JointState, queue_size=1)
@@ -44,8 +44,8 @@ class RtoCoreTopics:
             self._joints.publish(message)
 
     def publish_clearing(self, stamp: rospy.Time) -> None:
-        """Publish the circle. With each reading of the distances, and only then: a costmap that sees nothing new must
+        """Publish the point. With each reading of the distances, and only then: a costmap that sees nothing new must
         not forget either."""
-        message = PointCloud(points=self._circle)
+        message = PointCloud(points=[Point32(*robot_facts.CLEARING_POINT)])
         message.header.stamp, message.header.frame_id = stamp, "base_link"
         self._clearing.publish(message)
