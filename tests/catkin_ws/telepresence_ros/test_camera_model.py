@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -64,6 +65,32 @@ def test_broken_calibration_says_what_is_missing(tmp_path):
         read_calibration(path)
     path.write_text("[]")
     with pytest.raises(ValueError, match="not a calibration"):
+        read_calibration(path)
+
+
+WIDTH, MATRIX = "image_width: 640", "{rows: 3, cols: 3, data: [556.845, 0, 309.367, 0, 555.899, 230.592, 0, 0, 1]}"
+
+
+@pytest.mark.parametrize(
+    ("part", "other", "complaint"),
+    [
+        (WIDTH, "image_width: [640", "while parsing"),
+        (WIDTH, "image_width: null", "image_width is None"),
+        (WIDTH, "image_width: 0", "image_width is 0"),
+        ("image_height: 480", "image_height: .inf", "image_height is inf"),
+        (MATRIX, "null", "camera_matrix is no matrix"),
+        (MATRIX, "[1, 0, 0, 0, 1, 0, 0, 0, 1]", "camera_matrix is no matrix"),
+        (MATRIX, "{rows: 3, cols: 3}", "camera_matrix is no matrix"),
+        ("309.367", "[309.367]", "camera_matrix is no matrix"),
+        ("309.367", ".nan", "camera_matrix has numbers that are not finite"),
+        ("309.367, ", "", "camera_matrix has 8 numbers instead of 9"),
+        ("-0.05452", ".inf", "distortion_coefficients has numbers that are not finite"),
+    ],
+)
+def test_what_is_no_calibration_is_refused_in_a_sentence(tmp_path, part, other, complaint):
+    path = tmp_path / "top.yaml"
+    path.write_text(CALIBRATION.replace(part, other))
+    with pytest.raises(ValueError, match=f"^{re.escape(f'{path}: {complaint}')}.*$"):
         read_calibration(path)
 
 

@@ -75,15 +75,15 @@ def read_calibration(path: Path) -> CameraModel:
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It is not a calibration; the text says what is missing.
+        ValueError: It is not a calibration; the text names the file and says what is wrong with it.
     """
-    content = yaml.safe_load(path.read_text())
-    if not isinstance(content, dict):
-        raise ValueError(f"{path} is not a calibration file")
     try:
+        content = yaml.safe_load(path.read_text())
+        if not isinstance(content, dict):
+            raise ValueError("this is not a calibration file")
         return CameraModel(
-            width=int(content["image_width"]),
-            height=int(content["image_height"]),
+            width=_size(content, "image_width"),
+            height=_size(content, "image_height"),
             distortion_model=str(content["distortion_model"]),
             D=_numbers(content, "distortion_coefficients", None),
             K=_numbers(content, "camera_matrix", 9),
@@ -92,10 +92,25 @@ def read_calibration(path: Path) -> CameraModel:
         )
     except KeyError as error:
         raise ValueError(f"{path}: {error} is missing") from None
+    except (ValueError, yaml.YAMLError) as error:
+        raise ValueError(f"{path}: {' '.join(str(error).split())}") from None
+
+
+def _size(content: dict[str, Any], name: str) -> int:
+    size = content[name]
+    if not (isinstance(size, int) and size > 0):
+        raise ValueError(f"{name} is {size!r}, which is no number of pixels")
+    return size
 
 
 def _numbers(content: dict[str, Any], name: str, count: int | None) -> tuple[float, ...]:
-    numbers = tuple(float(number) for number in content[name]["data"])
+    matrix = content[name]
+    try:
+        numbers = tuple(float(number) for number in matrix["data"])
+    except (KeyError, TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} is no matrix of numbers with rows, cols and data") from None
     if count is not None and len(numbers) != count:
         raise ValueError(f"{name} has {len(numbers)} numbers instead of {count}")
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError(f"{name} has numbers that are not finite")
     return numbers
