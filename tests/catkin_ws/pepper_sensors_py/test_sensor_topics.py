@@ -72,6 +72,14 @@ def test_camera_info_fits_the_pictures(probe):
     assert k[2] == pytest.approx(320, abs=2)
 
 
+def test_camera_info_of_a_calibration_file(graph, probe):
+    file = "package://pepper_sensors_py/config/camera_top_640x480.yaml"
+    graph.run_node("pepper_sensors_py", "camera.py", "__name:=calibrated", f"_calibration_file_top:={file}")
+    probe.watch("/calibrated/camera_info", "sensor_msgs/CameraInfo", ["width", "K"])
+    width, k = probe.latest("/calibrated/camera_info")
+    assert width == 320 and k[0] == pytest.approx(556.845 / 2)
+
+
 def test_jpeg_pictures(probe):
     probe.watch("/front/image_raw/compressed", "sensor_msgs/CompressedImage", ["format", "data"])
     form, data = probe.latest("/front/image_raw/compressed")

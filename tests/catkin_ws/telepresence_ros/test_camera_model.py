@@ -5,9 +5,10 @@ import re
 from pathlib import Path
 
 import pytest
-from telepresence_ros.camera_model import pinhole, read_calibration
+from telepresence_ros.camera_model import find_calibration, pinhole, read_calibration
 
-CONFIG = Path(__file__).resolve().parents[3] / "catkin_ws" / "src" / "pepper_sensors_py" / "config"
+SOURCES = Path(__file__).resolve().parents[3] / "catkin_ws" / "src"
+CONFIG = SOURCES / "pepper_sensors_py" / "config"
 
 
 def test_pinhole_of_a_symmetric_camera():
@@ -92,6 +93,27 @@ def test_what_is_no_calibration_is_refused_in_a_sentence(tmp_path, part, other, 
     path.write_text(CALIBRATION.replace(part, other))
     with pytest.raises(ValueError, match=f"^{re.escape(f'{path}: {complaint}')}.*$"):
         read_calibration(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "path"),
+    [
+        ("/data/top camera.yaml", Path("/data/top camera.yaml")),
+        ("file:///data/top%20camera.yaml", Path("/data/top camera.yaml")),
+        ("package://pepper_sensors_py/config/camera_top_640x480.yaml", CONFIG / "camera_top_640x480.yaml"),
+    ],
+)
+def test_a_calibration_is_found_by_path_or_address(monkeypatch, name, path):
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(SOURCES))
+    assert find_calibration(name) == path
+
+
+@pytest.mark.parametrize(
+    "name", ["http://lab/top.yaml", "file://data/top.yaml", "package:///top.yaml", "package://none_of_ours/top.yaml"]
+)
+def test_an_address_that_names_no_file_is_refused(name):
+    with pytest.raises(ValueError, match=re.escape(name)):
+        find_calibration(name)
 
 
 @pytest.mark.parametrize("name", ["camera_top_640x480", "camera_bottom_640x480"])

@@ -9,15 +9,14 @@ Parameters: ~source (0): 0 top, 1 bottom, 2 depth, 3 stereo: left and right eye 
             ~frame_rate (15) [pictures/s].
             ~use_ros_time (false): false stamps a picture with the moment it was taken, by the robot's clock, which is
             corrected when it differs from ours by more than half a second; true stamps it with its arrival.
-            ~calibration_file_top, ~calibration_file_bottom: files of camera_calibration; without one the camera model
-            follows from the view angles that come with every picture.
+            ~calibration_file_top, ~calibration_file_bottom: files of camera_calibration, by path, file:///PATH or
+            package://PACKAGE/PATH; without one the camera model follows from the view angles that come with every
+            picture.
 """
 
 import socket
 import sys
 import time
-from pathlib import Path
-from urllib.parse import urlparse
 
 import numpy as np
 import rospy
@@ -25,7 +24,7 @@ from naoqi_driver.connection import CallRefused, RobotUnreachable
 from naoqi_driver.naoqi_node import NaoqiNode
 from pepper_sensors.camera import CAMERAS, Camera, CameraPicture, RobotClock
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
-from telepresence_ros.camera_model import CameraModel, pinhole, read_calibration
+from telepresence_ros.camera_model import CameraModel, find_calibration, pinhole, read_calibration
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.node import ROBOT_PATIENCE
 
@@ -73,7 +72,7 @@ class CameraNode:
     def _read_calibration(camera: str) -> CameraModel | None:
         parameter = {"CameraTop": "~calibration_file_top", "CameraBottom": "~calibration_file_bottom"}.get(camera)
         name = rospy.get_param(parameter, "") if parameter else ""
-        return read_calibration(Path(urlparse(name).path if "://" in name else name)) if name else None
+        return read_calibration(find_calibration(name)) if name else None
 
     @property
     def _wanted(self) -> bool:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from urllib.parse import urlparse
-
 import rospy
 from sensor_msgs.msg import CameraInfo, Image
-from telepresence_ros.camera_model import CameraModel, centred, read_calibration
+from telepresence_ros.camera_model import CameraModel, centred, find_calibration, read_calibration
 
 FOCAL_LENGTH, CALIBRATED_WIDTH = 526.4, 640
 """[px] at this width [px]: the vendor's calibration of a Logitech C905; for other cameras it has 664.2 (camd2)."""
 
 
 class CameraCalibration:
-    """The camera of this node's parameters ~calibration_file and ~focal_length. Make one after `rospy.init_node`.
+    """The camera of this node's parameters ~calibration_file (a path, file:///PATH or package://PACKAGE/PATH) and
+    ~focal_length. Make one after `rospy.init_node`.
 
     Raises:
         SystemExit: The file cannot be read, or is no calibration.
@@ -26,7 +24,7 @@ class CameraCalibration:
         self._model: CameraModel | None = None
         try:
             if name:
-                self._model = read_calibration(Path(urlparse(name).path if "://" in name else name))
+                self._model = read_calibration(find_calibration(name))
         except (OSError, ValueError) as error:
             raise SystemExit(f"{rospy.get_name()}: {error}") from None
 

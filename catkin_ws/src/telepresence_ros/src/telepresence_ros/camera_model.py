@@ -11,7 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
+import rospkg
 import yaml
 
 NARROWEST = 1e-3
@@ -68,6 +70,26 @@ def centred(width: int, height: int, focal_length: float) -> CameraModel:
     k = (f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0)
     p = (f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
     return CameraModel(width, height, "plumb_bob", (0.0,) * 5, k, IDENTITY, p)
+
+
+def find_calibration(name: str) -> Path:
+    """Return the file that is named by a path, or, as in camera_info_manager, by file:///PATH or package://PACKAGE/PATH.
+
+    Raises:
+        ValueError: There is no such package, or it is another kind of address.
+    """
+    scheme, is_address, rest = name.partition("://")
+    if not is_address:
+        return Path(name)
+    if scheme == "file" and rest.startswith("/"):
+        return Path(unquote(rest))
+    package, _, inside = unquote(rest).partition("/")
+    if scheme != "package" or not package:
+        raise ValueError(f"{name}: a calibration file is a path, file:///PATH or package://PACKAGE/PATH")
+    try:
+        return Path(rospkg.RosPack().get_path(package), inside)
+    except rospkg.ResourceNotFound:
+        raise ValueError(f"{name}: there is no package {package}") from None
 
 
 def read_calibration(path: Path) -> CameraModel:
