@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 import qi
@@ -78,6 +79,15 @@ def test_camera_info_of_a_calibration_file(graph, probe):
     probe.watch("/calibrated/camera_info", "sensor_msgs/CameraInfo", ["width", "K"])
     width, k = probe.latest("/calibrated/camera_info")
     assert width == 320 and k[0] == pytest.approx(556.845 / 2)
+
+
+def test_a_calibration_file_that_is_not_there_costs_no_pictures(graph, probe):
+    file = "package://pepper_sensors_py/config/none.yaml"
+    node = graph.run_node("pepper_sensors_py", "camera.py", "__name:=uncalibrated", f"_calibration_file_top:={file}")
+    probe.watch("/uncalibrated/camera_info", "sensor_msgs/CameraInfo", ["width", "K"])
+    width, k = probe.latest("/uncalibrated/camera_info")
+    assert width == 320 and 280 < k[0] < 305, "by the view angles"
+    assert len(re.findall("uncalibrated/calibration_file_top.*config/none.yaml", node.output)) == 1, node.output
 
 
 def test_jpeg_pictures(probe):

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 import yaml
+from rto_node.camera_calibration import CALIBRATED_WIDTH, FOCAL_LENGTH
 
 CALIBRATION = """
 image_width: 640
@@ -61,11 +62,20 @@ def test_the_pictures_by_webrtc_without_anybody_who_takes_these(graph, calibrate
 
 
 @pytest.mark.ros
-def test_a_file_that_is_none_is_refused_with_its_name(graph, tmp_path):
+def test_a_file_that_is_none_costs_no_pictures(graph, tmp_path):
     broken = tmp_path / "broken.yaml"
     broken.write_text("image_width: 640\n")
-    node = graph.run(program(graph, "rto_node", "rto_camera_node"), f"_calibration_file:={broken}")
-    assert node.process.wait(30) == 1 and f"{broken}: 'image_height' is missing" in node.output
+    port = graph.free_port()
+    robot = graph.run(sys.executable, "-m", "robotino_sim", "--port", str(port), "--scene", "empty")
+    robot.wait_for("listening on")
+    probe = graph.probe()
+    probe.watch("/uncalibrated/camera_info", "sensor_msgs/CameraInfo", ["D", "width", "K.0"])
+    words = ("--hostname", f"127.0.0.1:{port}", f"_calibration_file:={broken}", "__ns:=/uncalibrated")
+    node = graph.run(program(graph, "rto_node", "rto_camera_node"), *words)
+    with node:
+        distortion, width, focal_length = probe.newest("/uncalibrated/camera_info")
+        assert distortion == [0.0] * 5 and focal_length == pytest.approx(FOCAL_LENGTH * width / CALIBRATED_WIDTH)
+    assert node.output.count(f"{broken}: 'image_height' is missing") == 1, node.output
 
 
 def test_the_launch_file_hands_it_on(roslaunch_says):

@@ -24,7 +24,8 @@ from naoqi_driver.connection import CallRefused, RobotUnreachable
 from naoqi_driver.naoqi_node import NaoqiNode
 from pepper_sensors.camera import CAMERAS, Camera, CameraPicture, RobotClock
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
-from telepresence_ros.camera_model import CameraModel, find_calibration, pinhole, read_calibration
+from telepresence_ros.calibration_parameter import calibration_of
+from telepresence_ros.camera_model import pinhole
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.node import ROBOT_PATIENCE
 
@@ -37,6 +38,8 @@ IDLE_PERIOD = 0.1
 LINGER = 2.0
 """Seconds that the robot's camera stays subscribed without readers: cheaper than to subscribe anew at every glance."""
 RETRY_PERIOD = 1.0
+CALIBRATION_FILES = {"CameraTop": "~calibration_file_top", "CameraBottom": "~calibration_file_bottom"}
+"""Camera -> parameter; depth and stereo have none."""
 
 
 class CameraNode:
@@ -54,9 +57,10 @@ class CameraNode:
                 int(rospy.get_param("~color_space", 13)),
                 int(rospy.get_param("~frame_rate", 15)),
             )
-            self._calibration = self._read_calibration(CAMERAS[source])
-        except (ValueError, OSError) as error:
+        except ValueError as error:
             sys.exit(f"{rospy.get_name()}: {error}")
+        parameter = CALIBRATION_FILES.get(CAMERAS[source])
+        self._calibration = calibration_of(parameter) if parameter else None
         self._use_ros_time = bool(rospy.get_param("~use_ros_time", False))
         self._clock = RobotClock()
         self._image = rospy.Publisher("~image_raw", Image, queue_size=1)
@@ -67,12 +71,6 @@ class CameraNode:
 
     def run(self) -> int:
         return self._node.run(self._loop)
-
-    @staticmethod
-    def _read_calibration(camera: str) -> CameraModel | None:
-        parameter = {"CameraTop": "~calibration_file_top", "CameraBottom": "~calibration_file_bottom"}.get(camera)
-        name = rospy.get_param(parameter, "") if parameter else ""
-        return read_calibration(find_calibration(name)) if name else None
 
     @property
     def _wanted(self) -> bool:

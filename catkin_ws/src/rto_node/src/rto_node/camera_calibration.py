@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import rospy
 from sensor_msgs.msg import CameraInfo, Image
-from telepresence_ros.camera_model import CameraModel, centred, find_calibration, read_calibration
+from telepresence_ros.calibration_parameter import calibration_of
+from telepresence_ros.camera_model import centred
 
 FOCAL_LENGTH, CALIBRATED_WIDTH = 526.4, 640
 """[px] at this width [px]: the vendor's calibration of a Logitech C905; for other cameras it has 664.2 (camd2)."""
@@ -12,21 +13,11 @@ FOCAL_LENGTH, CALIBRATED_WIDTH = 526.4, 640
 
 class CameraCalibration:
     """The camera of this node's parameters ~calibration_file (a path, file:///PATH or package://PACKAGE/PATH) and
-    ~focal_length. Make one after `rospy.init_node`.
-
-    Raises:
-        SystemExit: The file cannot be read, or is no calibration.
-    """
+    ~focal_length, which also counts where the file is no calibration. Make one after `rospy.init_node`."""
 
     def __init__(self) -> None:
-        name = str(rospy.get_param("~calibration_file", ""))
+        self._model = calibration_of("~calibration_file")
         self._focal_length = float(rospy.get_param("~focal_length", FOCAL_LENGTH))
-        self._model: CameraModel | None = None
-        try:
-            if name:
-                self._model = read_calibration(find_calibration(name))
-        except (OSError, ValueError) as error:
-            raise SystemExit(f"{rospy.get_name()}: {error}") from None
 
     def info(self, image: Image) -> CameraInfo:
         """Return what belongs to this picture: its stamp, frame and size [px]."""
