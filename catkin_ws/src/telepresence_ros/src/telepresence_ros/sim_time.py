@@ -1,29 +1,52 @@
-"""A warning about /use_sim_time on a master where nobody publishes /clock: ROS's time then stands at zero.
+"""A warning about /use_sim_time on a master where no /clock comes: ROS's time then stands at zero.
 
 A recording that was played, or a simulator that has ended, leaves the parameter behind on a master that goes on. Every
-stamp is 0 from then on, transforms are never found, and nothing says why.
+stamp is 0 from then on, transforms are never found, and nothing says why. But it may also be that the recording is yet
+to be played.
 """
 
 from __future__ import annotations
 
+import http.client
 import threading
+import time
+import xmlrpc.client
 
+import rosgraph
 import rospy
 
+from telepresence.station.ros_master import master_proxy
+
 CLOCK_TIMEOUT = 2.0
-"""Seconds of real time within which the first /clock must come."""
+"""Seconds of real time without a /clock after which the node says so."""
+LOOK_PERIOD = 0.2
+"""Seconds between two looks whether it has come."""
+ADVICE = "If nothing is to give the time:  rosparam delete /use_sim_time  and start the nodes anew"
 
 
 def warn_without_clock(stop: threading.Event) -> None:
-    """Look once, on a thread of its own, unless `stop` is set before. Call it after `rospy.init_node`."""
-    if rospy.rostime.is_wallclock():
-        return
+    """Watch for the first /clock, on a thread of its own, until `stop` is set. Call it after `rospy.init_node`."""
+    if not rospy.rostime.is_wallclock():
+        threading.Thread(target=_watch, args=(stop,), name="clock", daemon=True).start()
 
-    def look() -> None:
-        if not stop.wait(CLOCK_TIMEOUT) and rospy.get_rostime().is_zero():
-            rospy.logwarn(
-                "/use_sim_time is set and nobody publishes /clock: every stamp is 0. Without a recording or a "
-                "simulator that gives the time:  rosparam delete /use_sim_time  and start the nodes anew"
-            )
 
-    threading.Thread(target=look, name="clock", daemon=True).start()
+def _watch(stop: threading.Event) -> None:
+    due, warned = time.monotonic() + CLOCK_TIMEOUT, False
+    while rospy.get_rostime().is_zero():
+        if not warned and time.monotonic() >= due:
+            rospy.logwarn("/use_sim_time is set and there is no /clock yet%s: every stamp is 0. %s", _givers(), ADVICE)
+            warned = True
+        if stop.wait(LOOK_PERIOD):
+            return
+    if warned:
+        rospy.loginfo("/clock has come: stamps are right from now on")
+
+
+def _givers() -> str:
+    """Who is to give the time, in words, as far as the master knows and answers."""
+    try:
+        _, _, (publishers, *_) = master_proxy(rosgraph.get_master_uri()).getSystemState(rospy.get_name())
+    except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+        return ""
+    names = dict(publishers).get("/clock")
+    return f" from {', '.join(names)}" if names else ", and nobody publishes it"
