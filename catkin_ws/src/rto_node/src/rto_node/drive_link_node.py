@@ -17,6 +17,7 @@ The careful scan, with its topic, service and parameters: `telepresence_ros.care
 
 from __future__ import annotations
 
+import threading
 import time
 from functools import partial
 
@@ -48,7 +49,9 @@ LASER_SEES = "With a laser, which sees the way ahead and to the sides, the body 
 
 class DriveLinkNode:
     def __init__(self) -> None:
-        self._late = StaleCommandFilter()
+        # One for each topic: a program that talks all the time would hide the silence of a pilot who was cut off.
+        self._late = {topic: StaleCommandFilter() for topic in ("safe_cmd_vel", "cmd_vel")}
+        self._judging = threading.Lock()  # protects the filters: each sender has a thread of its own
         self._node = Node("rto_drive_link", on_master_lost=self._on_master_lost)
         self._careful = False
         self._state, self._state_due = "", 0.0
@@ -68,7 +71,7 @@ class DriveLinkNode:
         self._switch = CarefulSwitch(partial(setattr, self, "_careful"), self._kept, self._keep, unavailable)
         self._switch.start()
         self._diagnostics = Diagnostics("drive link", f"{self._link.host}:{self._link.port}")
-        subscribe_velocities("safe_cmd_vel", self._on_velocity, BURST_ROOM, self._on_failure)
+        subscribe_velocities("safe_cmd_vel", partial(self._on_velocity, "safe_cmd_vel"), BURST_ROOM, self._on_failure)
         self._lost, self._patience = False, StartPatience()
         self._hold = ""
         self._holds = rospy.Subscriber("drive/hold", String, self._on_hold, queue_size=1, tcp_nodelay=True)
@@ -87,15 +90,19 @@ class DriveLinkNode:
 
     def _on_master_lost(self) -> None:
         # Whoever published our velocities may be gone with it, and nobody can be asked to stop.
-        self._late.link_lost()
+        with self._judging:
+            for late in self._late.values():
+                late.link_lost()
         self._on_failure()
 
     def _on_failure(self) -> None:
         """What gave the velocity has failed, nobody has let go: the robot brakes fast."""
         self._link.release(hard=True)
 
-    def _on_velocity(self, twist: Twist) -> None:
-        if self._late.is_stale(time.monotonic()) or not self._node.master.alive:
+    def _on_velocity(self, topic: str, twist: Twist) -> None:
+        with self._judging:
+            late = self._late[topic].is_stale(time.monotonic())
+        if late or not self._node.master.alive:
             self._on_failure()  # what came before it in a burst was taken for new
             return
         try:
@@ -109,7 +116,7 @@ class DriveLinkNode:
         if self._hold and self._holds.get_num_connections():
             rospy.logwarn_throttle(5.0, "cmd_vel is not obeyed: %s", self._hold)
             twist = Twist()
-        self._on_velocity(twist)
+        self._on_velocity("cmd_vel", twist)
 
     def _on_hold(self, message: String) -> None:
         self._hold = message.data
