@@ -174,3 +174,24 @@ def test_the_line_of_rto_core_starts_our_station_in_the_root_namespace():
 def test_a_simulated_robotino_takes_velocities_in_its_namespace(namespace, topic):
     wired = nodes_of(PACKAGES / "rto_bringup/launch/rto_sim.launch", f"namespace:={namespace}")["robot_control_node"][1]
     assert wired["cmd_vel"] == topic
+
+
+@pytest.mark.parametrize(
+    ("station", "setting", "topics", "space"),
+    [
+        ("robotino", "namespace:=/", "", "/"),
+        ("robotino", "namespace:=rto3", "rto3", "/rto3"),
+        ("robotino", "namespace:=/rto3/", "/rto3", "/rto3"),
+        ("both", "robotino_namespace:=rto3", "rto3", "/rto3"),
+        ("both", "robotino_namespace:=/rto3/", "/rto3", "/rto3"),
+    ],
+)
+def test_no_name_has_an_empty_part_however_the_namespace_is_written(station, setting, topics, space):
+    """The page compares names of programs with it: of `//rto3` nobody was told that one had stopped."""
+    started = nodes(station, setting)
+    assert f" robotino:{space}:img_raw" in started["pilot_page"][0]
+    config = ROSLaunchConfig()
+    XmlLoader(resolve_anon=True).load(str(LAUNCH / f"{station}.launch"), config, argv=[setting], verbose=False)
+    wires = "/robot_control_node/wires/robotino"
+    for name, topic in (("cmd_vel", "safe_cmd_vel"), ("image", "image_raw")):
+        assert config.params[f"{wires}/{name}"].value == f"{topics}/{topic}"
