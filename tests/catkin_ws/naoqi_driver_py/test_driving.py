@@ -209,6 +209,24 @@ def test_a_goal_that_tf_does_not_reach_is_refused_and_says_why(station):
     station.driver.wait_for(r"goal refused: .*nowhere.* passed to lookupTransform")
 
 
+def test_a_stop_ends_a_goal_that_came_while_tf_was_asked_about_the_one_before(station, wait_until):
+    begun = time.time()
+    station.pilot.goal("elsewhere", 0.3, 0.0, 0.0)
+    station.pilot.goal("base_footprint", 0.5, 0.0, 0.0)
+    assert station.pilot.call("/stop_walk_srv", "std_srvs/Empty", {})[0]
+    stopped = time.time()
+    station.driver.wait_for(r"goal refused: (another one has come|.*elsewhere)")
+
+    def states_since(since: float) -> list[str]:
+        return [state for at, (state,) in station.pilot.seen("/drive_state") if at > since]
+
+    wait_until(lambda: len(states_since(stopped)) >= 5, "what came of it is told")
+    assert not any("goal" in state for state in states_since(stopped)[2:])
+    station.pilot.goal("base_footprint", 0.3, 0.0, 0.0)
+    wait_until(lambda: station.state == "driving to the goal", "the next one is driven to")
+    assert station.covered_since(begun) < 0.3
+
+
 def test_stop_service_ends_a_goal(station, wait_until):
     station.pilot.goal("base_footprint", 2.0, 0.0, 0.0)
     wait_until(lambda: station.speed() > 0.1, "under way")

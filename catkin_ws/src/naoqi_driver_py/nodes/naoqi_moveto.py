@@ -29,12 +29,12 @@ from dataclasses import replace
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import Twist
 from naoqi_driver.base import PERIOD, BaseDriver
 from naoqi_driver.command_watchdog import CommandWatchdog
 from naoqi_driver.connection import RobotError
 from naoqi_driver.gated_drive import GatedDrive
-from naoqi_driver.goal_frames import ODOMETRY, to_odometry
+from naoqi_driver.goal_topic import GoalTopic
 from naoqi_driver.head_topics import HeadTopics
 from naoqi_driver.naoqi_node import NaoqiNode
 from naoqi_driver.own_drive_server import OwnDriveServer
@@ -43,14 +43,13 @@ from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 from telepresence_ros.kept_state import KeptState
-from telepresence_ros.past_commands import subscribe_commands
 from telepresence_ros.safety_topics import SafetyTopics
 from telepresence_ros.sender_watch import subscribe_velocities
 
 from telepresence import ports
 from telepresence.drive.link import DriveLink
 from telepresence.drive.pace import Pace
-from telepresence.geometry import ZERO_VELOCITY, Pose, Velocity, yaw_of
+from telepresence.geometry import ZERO_VELOCITY, Velocity
 from telepresence.safety import PEPPER, SECTORS, Decision, Latched, State
 from telepresence.security.change_log import ChangeLog
 from telepresence.security.outside_text import clean
@@ -67,10 +66,6 @@ KEEP_PERIOD = 0.5
 OFFER_AFTER = 3.0
 """Seconds after the start at which the security distances are offered and joint_angles are listened to: their messages
 take a quarter of the processor time of a start, and on a busy machine the robot would wait for them."""
-GOAL_MAX_AGE = 1.0
-"""Seconds after which a goal is refused that says when it was given: who waits longer has given it up."""
-OWN_FRAMES = ("base_footprint", "base_link")
-"""A goal in these is relative to where the robot stands."""
 LOOK = 0.15
 """HeadPitch with which the pilot sees the floor ahead [rad]."""
 STATE_PERIOD = 0.5
@@ -115,13 +110,13 @@ class MoveTo:
             frame = str(rospy.get_param("~base_frame_id", "base_footprint"))
             self._safety = SafetyTopics(PEPPER, frame, self._gated, self._gated.obstacles, self._keep)
         subscribe_velocities("cmd_vel", self._on_velocity, BURST_ROOM)
-        if rospy.get_param("~goals", True):
-            subscribe_commands("move_base_simple/goal", PoseStamped, self._on_goal)
+        self._goals = GoalTopic(self._node, self._base, self._wake.set) if rospy.get_param("~goals", True) else None
         rospy.Service("stop_walk_srv", Empty, self._on_stop)
 
     def run(self) -> int:
         self._kept.keep_always(self._keep, self._node.stop, KEEP_PERIOD)
-        return self._kept.forget_after(self._node.run(self._loop, self._look_after, self._head.loop))
+        loops = [self._loop, self._look_after, self._head.loop, *([self._goals.loop] if self._goals else [])]
+        return self._kept.forget_after(self._node.run(*loops))
 
     def _open_link(self) -> DriveLink:
         server = str(rospy.get_param("~drive_server", ""))
@@ -154,25 +149,6 @@ class MoveTo:
         self._commands.command(*velocity, now)
         self._obey_at_once()
         self._head.head.drives(velocity, now)
-
-    def _on_goal(self, goal: PoseStamped) -> None:
-        frame = goal.header.frame_id.lstrip("/")
-        x, y, q = goal.pose.position.x, goal.pose.position.y, goal.pose.orientation
-        theta = yaw_of(q.w, q.x, q.y, q.z)
-        if not all(math.isfinite(part) for part in (x, y, theta)):
-            rospy.logerr("goal refused: %s, %s, %s is not a place", x, y, theta)
-        elif (age := age_of(goal)) > GOAL_MAX_AGE:
-            rospy.logwarn("goal refused: it was given %.1f s ago; if it was not, set the clock of its sender", age)
-        else:
-            given = self._base.this_moment()
-            try:
-                place = Pose(x, y, theta)
-                if frame not in (ODOMETRY, *OWN_FRAMES):
-                    place, frame = to_odometry(frame, place, self._node.stop), ODOMETRY
-                self._base.go_to(*place, in_odometry=frame == ODOMETRY, given=given)
-            except (RobotError, LookupError) as error:
-                rospy.logerr("goal refused: %s", error)
-            self._wake.set()
 
     def _on_stop(self, _request) -> EmptyResponse:
         self._base.end_goals()
@@ -278,12 +254,6 @@ class MoveTo:
             self._base.state,
             {"refused commands": self._commands.refused, "outages": self._link.outages, "awake": self._base.awake},
         )
-
-
-def age_of(goal: PoseStamped) -> float:
-    """Seconds since it was given; zero if it does not say when."""
-    stamp = goal.header.stamp
-    return 0.0 if stamp.is_zero() else (rospy.Time.now() - stamp).to_sec()
 
 
 def with_problem(decision: Decision, problem: str) -> Decision:

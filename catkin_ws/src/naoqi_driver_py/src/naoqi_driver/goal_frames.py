@@ -17,13 +17,13 @@ POLL_PERIOD = 0.05
 ODOMETRY = "odom"
 
 
-def to_odometry(frame: str, goal: Pose, stop: threading.Event) -> Pose:
+def to_odometry(frame: str, goal: Pose, given_up: threading.Event) -> Pose:
     """Return a goal of `frame` in the odometry's frame [m, m, rad], by the newest transforms.
 
     It listens to them only while it waits: they come 75 times a second, and this is the program that drives.
 
     Args:
-        stop: Ends the waiting.
+        given_up: Ends the waiting.
     Raises:
         LookupError: tf does not lead from the frame to odom; the message says why.
     """
@@ -33,7 +33,7 @@ def to_odometry(frame: str, goal: Pose, stop: threading.Event) -> Pose:
     transforms = Transforms(rospy.get_namespace(), _subscribe)
     transforms.listen(True)
     try:
-        rotation, origin = _wait(partial(transforms.place_of, frame, ODOMETRY, 0.0), stop)
+        rotation, origin = _wait(partial(transforms.place_of, frame, ODOMETRY, 0.0), given_up)
     finally:
         transforms.listen(False)
     x, y, _ = origin + rotation @ (goal.x, goal.y, 0.0)
@@ -41,13 +41,13 @@ def to_odometry(frame: str, goal: Pose, stop: threading.Event) -> Pose:
     return Pose(float(x), float(y), math.atan2(ahead[1], ahead[0]))
 
 
-def _wait(look, stop: threading.Event):
+def _wait(look, given_up: threading.Event):
     deadline = time.monotonic() + TRANSFORM_TIMEOUT
     while True:
         try:
             return look()
         except LookupError:
-            if time.monotonic() > deadline or stop.wait(POLL_PERIOD):
+            if time.monotonic() > deadline or given_up.wait(POLL_PERIOD):
                 raise
 
 
