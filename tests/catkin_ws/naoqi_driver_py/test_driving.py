@@ -274,6 +274,25 @@ def test_robot_that_was_put_to_rest_sleeps_on_when_its_driver_dies(station, wait
     session.close()
 
 
+def test_robot_moves_by_itself_again_when_its_driver_has_died(station, wait_until):
+    session = qi.Session()
+    session.connect(f"tcp://127.0.0.1:{station.graph.robot_port}")
+    awareness = session.service("ALBasicAwareness")
+    before = awareness.isEnabled(), awareness.getTrackingMode()
+    awareness.setTrackingMode("MoveContextually")
+    awareness.setEnabled(True)
+    station.cruise(wait_until)
+    wait_until(lambda: awareness.getTrackingMode() == "Head", "the base does not turn beside who drives")
+    wait_until(lambda: station.pilot.parameter("/naoqi_moveto_listener/kept")["ended"], "it is kept")
+    station.driver.kill()
+    station.pilot.silence()
+    station.start_driver()
+    wait_until(lambda: awareness.getTrackingMode() == "MoveContextually", "nobody drives any more")
+    awareness.setEnabled(before[0])
+    awareness.setTrackingMode(before[1])
+    session.close()
+
+
 def test_robot_of_a_frozen_driver_stands_and_what_was_sent_meanwhile_never_moves_it(station, wait_until):
     def freeze():
         station.driver.signal(signal.SIGSTOP)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 from naoqi_driver.connection import CallRefused
 from naoqi_driver.head_driver import HOLD_PERIOD, PILOT_GONE, HeadDriver
@@ -71,7 +73,7 @@ def test_looking_around_ends_awareness_at_once():
     head.look(Look(Manner.AHEAD), 10.1)
     head.supervise(10.2)
     assert robot.paused and robot.mode == "Head"
-    head.let_go()
+    head.close()
     assert not robot.paused and robot.mode == "BodyRotation"
 
 
@@ -86,3 +88,74 @@ def test_what_does_not_move_the_base_stays_and_so_does_what_is_off(mode):
     head.drives(AHEAD, 20.0)
     head.supervise(20.0)
     assert robot.mode == "BodyRotation"
+
+
+def test_the_newest_mode_is_given_back():
+    robot = Robot("BodyRotation")
+    head = HeadDriver(robot, 0.15)
+    head.piloted(10.0)
+    head.supervise(10.0)
+    robot.mode = "MoveContextually"
+    head.piloted(10.1 + HOLD_PERIOD)
+    head.supervise(10.1 + HOLD_PERIOD)
+    assert robot.mode == "Head"
+    head.supervise(10.2 + HOLD_PERIOD + PILOT_GONE)
+    assert robot.mode == "MoveContextually"
+
+
+def test_a_mode_that_the_owner_has_set_meanwhile_stays():
+    robot = Robot("MoveContextually")
+    head = HeadDriver(robot, 0.15)
+    head.piloted(10.0)
+    head.supervise(10.0)
+    robot.mode = "WholeBody"
+    head.supervise(10.1 + PILOT_GONE)
+    assert robot.mode == "WholeBody"
+
+
+def test_what_a_driver_had_ended_that_died_is_given_back_by_its_successor():
+    robot = Robot("MoveContextually")
+    died = HeadDriver(robot, 0.15)
+    died.look(Look(Manner.AHEAD), 10.0)
+    died.supervise(10.0)
+    assert robot.paused and robot.mode == "Head"
+    head = HeadDriver(robot, 0.15, f"something else; {died.ended}")
+    head.supervise(11.0)
+    head.piloted(11.1)
+    head.supervise(11.2)
+    assert robot.paused and robot.mode == "Head", "the pilot was not heard of at once"
+    head.supervise(11.3 + PILOT_GONE)
+    assert not robot.paused and robot.mode == "MoveContextually" and not head.ended
+
+
+class HesitantRobot(Robot):
+    """It ends its base's movement when it may."""
+
+    def __init__(self, mode: str) -> None:
+        super().__init__(mode)
+        self.asked, self.may = threading.Event(), threading.Event()
+
+    def setTrackingMode(self, mode):
+        if mode == "Head":
+            self.asked.set()
+            self.may.wait(10.0)
+        super().setTrackingMode(mode)
+
+
+def test_what_is_being_ended_when_the_driver_ends_is_given_back():
+    robot = HesitantRobot("MoveContextually")
+    head = HeadDriver(robot, 0.15)
+    head.piloted(10.0)
+    holding = threading.Thread(target=head.supervise, args=(10.0,))
+    ending = threading.Thread(target=head.close)
+    holding.start()
+    assert robot.asked.wait(10.0)
+    ending.start()
+    ending.join(0.2)  # as long as it takes who does not wait for the other
+    robot.may.set()
+    holding.join(10.0)
+    ending.join(10.0)
+    assert robot.mode == "MoveContextually" and not head.ended
+    head.piloted(20.0)
+    head.supervise(20.0)
+    assert robot.mode == "MoveContextually", "the driver has ended"

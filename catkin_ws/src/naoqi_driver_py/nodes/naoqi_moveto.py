@@ -100,7 +100,8 @@ class MoveTo:
         )
         ahead = LOOK if look == "none" else float(look)
         asleep = lambda: self._base.awake is False  # noqa: E731
-        self._head = HeadTopics(self._node, self._node.connection, ahead, asleep, self._late_looks)
+        ended = self._kept.text("ended")
+        self._head = HeadTopics(self._node, self._node.connection, ahead, asleep, self._late_looks, ended)
         self._state_publisher = rospy.Publisher("drive_state", String, queue_size=1, latch=True)
         self._state = ""
         self._log = ChangeLog()
@@ -218,7 +219,7 @@ class MoveTo:
 
     def _what_is_kept(self) -> dict[str, bool | str]:
         latched = self._gated.latched if self._gated is not None else Latched()
-        return {"rests": self._base.awake is False, **latched._asdict()}
+        return {"rests": self._base.awake is False, "ended": self._head.head.ended, **latched._asdict()}
 
     def _relay_joint_angles(self) -> None:
         from naoqi_driver.joint_angles import relay_joint_angles  # late, see `OFFER_AFTER`

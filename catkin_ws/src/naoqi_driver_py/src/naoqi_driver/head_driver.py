@@ -10,7 +10,7 @@ import threading
 
 from naoqi_driver.connection import Connection, RobotError
 from naoqi_driver.head import JOINTS, HeadMotion
-from naoqi_driver.idle_movement import BASE_MOVEMENTS, HEAD_MOVEMENTS, IdleMovement
+from naoqi_driver.idle_movement import BASE_MOVEMENTS, HEAD_MOVEMENTS, SEPARATOR, IdleMovement
 from naoqi_driver.replies import numbers
 from telepresence.geometry import Velocity
 from telepresence.teleop.looking import Look
@@ -30,17 +30,21 @@ class HeadDriver:
 
     Args:
         ahead: Pitch of looking straight ahead [rad, positive down].
+        ended: What `ended` said in a driver that has died since.
     Attributes:
         angles: Yaw and pitch [rad] as measured lately; None before.
         problem: Why the head cannot be turned, a sentence; empty while it can.
     """
 
-    def __init__(self, connection: Connection, ahead: float) -> None:
+    def __init__(self, connection: Connection, ahead: float, ended: str = "") -> None:
         self._connection = connection
         self._motion = HeadMotion(ahead)
-        self._idle = IdleMovement(connection, HEAD_MOVEMENTS)
-        self._base_idle = IdleMovement(connection, BASE_MOVEMENTS)
+        self._idle = IdleMovement(connection, HEAD_MOVEMENTS, ended)
+        self._base_idle = IdleMovement(connection, BASE_MOVEMENTS, ended)
         self._lock = threading.Lock()  # protects the motion
+        self._holding = threading.Lock()  # protects what moves by itself, also while the robot is waited for
+        self._closed = False
+        self._begun = math.inf
         self._looked = self._driven = self._piloted = self._held = -math.inf
         self._wants_idle_off = False
         self.angles: tuple[float, float] | None = None
@@ -103,6 +107,11 @@ class HeadDriver:
         yaw, pitch = numbers(reply, len(JOINTS), "getAngles")
         self.angles = yaw, pitch
 
+    @property
+    def ended(self) -> str:
+        """What moves the robot by itself and was ended, to be resumed."""
+        return SEPARATOR.join(filter(None, (self._idle.ended, self._base_idle.ended)))
+
     def supervise(self, now: float) -> None:
         """As long as somebody has the robot, or drives it, end what turns the base by itself; from the pilot's first
         look on what moves the head, too.
@@ -110,21 +119,32 @@ class HeadDriver:
         Raises:
             RobotError: See `Connection.call`.
         """
-        if now - max(self._piloted, self._looked, self._driven) > PILOT_GONE:
-            self._wants_idle_off = False
-            self.let_go()
-        elif now - self._held > HOLD_PERIOD:
-            self._held = now
-            self._base_idle.hold()
-            if self._wants_idle_off:
-                self._idle.hold()
+        with self._holding:
+            if self._closed:
+                return
+            self._begun = min(self._begun, now)
+            if now - max(self._piloted, self._looked, self._driven) > PILOT_GONE:
+                # Of a pilot whose driver has died its successor hears a little later.
+                if now - self._begun > PILOT_GONE:
+                    self._wants_idle_off = False
+                    self._let_go()
+            elif now - self._held > HOLD_PERIOD:
+                self._held = now
+                self._base_idle.hold()
+                if self._wants_idle_off:
+                    self._idle.hold()
 
-    def let_go(self) -> None:
-        """Let the robot move by itself again as it did before.
+    def close(self) -> None:
+        """Let the robot move by itself again as it did before, and end it no more.
 
         Raises:
             RobotError: See `Connection.call`.
         """
+        with self._holding:
+            self._closed = True
+            self._let_go()
+
+    def _let_go(self) -> None:
         self._held = -math.inf
         self._idle.resume()
         self._base_idle.resume()

@@ -38,13 +38,20 @@ class HeadTopics:
         ahead: Pitch of looking straight ahead [rad, positive down].
         asleep: Whether the robot sleeps.
         late: Finds looks that the network held up; it is told when the master is lost.
+        ended: See `HeadDriver`.
     """
 
     def __init__(
-        self, node: Node, connection: Connection, ahead: float, asleep: Callable[[], bool], late: StaleCommandFilter
+        self,
+        node: Node,
+        connection: Connection,
+        ahead: float,
+        asleep: Callable[[], bool],
+        late: StaleCommandFilter,
+        ended: str,
     ) -> None:
         self._node, self._ahead, self._asleep, self._late = node, ahead, asleep, late
-        self.head = HeadDriver(connection, ahead)
+        self.head = HeadDriver(connection, ahead, ended)
         self._wake = threading.Event()
         self._state_due = 0.0
         self._turned = -AFTERWARDS
@@ -64,7 +71,7 @@ class HeadTopics:
             self.head.step(time.monotonic(), self._asleep())
             self._report(time.monotonic(), STATE_PERIOD if lively else IDLE_PERIOD)
         try:
-            self.head.let_go()
+            self.head.close()
         except RobotError as error:
             rospy.logdebug("%s", error)
 

@@ -2,7 +2,8 @@
 
 NAOqi 2.8 documentation: ALBasicAwareness turns the head to people and noises, and after it the base, which is how
 autonomous life sets it; ALMotion's idle control breathes and comes back to the posture Stand, ALListeningMovement and
-ALSpeakingMovement nod. Each is asked for its state first, so that what its owner had switched off stays off.
+ALSpeakingMovement nod. Each is asked for its state first, so that what its owner had switched off stays off, and what
+he has changed meanwhile stays as he wants it.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from naoqi_driver.connection import CallRefused, Connection
 log = logging.getLogger(__name__)
 
 Call = tuple[Any, ...]
+SEPARATOR = "; "
+"""Between the names of movements."""
 
 
 class Movement(NamedTuple):
@@ -22,13 +25,19 @@ class Movement(NamedTuple):
 
     Args:
         works: Calls of the service with what they answer while it does.
-        off, on: Calls that end and resume it.
+        off, on: Calls that end and resume it. Of movements that the same call ends the newest one is resumed.
+        ended: Calls with what they answer as long as nobody has changed it after `off`.
     """
 
     service: str
     works: tuple[tuple[Call, bool | str], ...]
     off: Call
     on: Call
+    ended: tuple[tuple[Call, bool | str], ...] = ()
+
+    @property
+    def name(self) -> str:
+        return " ".join(map(str, (self.service, *self.on)))
 
 
 HEAD_MOVEMENTS = (
@@ -54,6 +63,7 @@ BASE_MOVEMENTS = tuple(
         ((("isEnabled",), True), (("getTrackingMode",), mode)),
         ("setTrackingMode", "Head"),
         ("setTrackingMode", mode),
+        ((("getTrackingMode",), "Head"),),
     )
     for mode in ("BodyRotation", "MoveContextually")
 )
@@ -61,17 +71,22 @@ BASE_MOVEMENTS = tuple(
 
 
 class IdleMovement:
-    """What moves the robot by itself. For a thread that may wait for the robot."""
+    """What moves the robot by itself. One thread at a time, which may wait for the robot.
 
-    def __init__(self, connection: Connection, movements: tuple[Movement, ...]) -> None:
+    Args:
+        ended: What `ended` said in a driver that has died since; of other movements it may speak, too.
+    """
+
+    def __init__(self, connection: Connection, movements: tuple[Movement, ...], ended: str = "") -> None:
         self._connection = connection
         self._movements = movements
-        self._ended: list[Movement] = []
+        names = ended.split(SEPARATOR)
+        self._ended = tuple(movement for movement in movements if movement.name in names)
 
     @property
-    def held(self) -> bool:
-        """Whether something was ended that is to be resumed."""
-        return bool(self._ended)
+    def ended(self) -> str:
+        """The names of what is to be resumed. For any thread."""
+        return SEPARATOR.join(movement.name for movement in self._ended)
 
     def hold(self) -> None:
         """End what moves by itself; now and then again, as ALAutonomousLife switches it on.
@@ -81,10 +96,10 @@ class IdleMovement:
         """
         for movement in self._movements:
             try:
-                if all(self._ask(movement, call) == wanted for call, wanted in movement.works):
+                if self._answers(movement, movement.works):
+                    # Noted before: a robot whose answer does not come may have obeyed.
+                    self._note(movement)
                     self._ask(movement, movement.off)
-                    if movement not in self._ended:
-                        self._ended.append(movement)
             except CallRefused as error:
                 log.debug("%s", error)  # this robot has no such movement
 
@@ -95,12 +110,21 @@ class IdleMovement:
             RobotUnreachable: See `Connection.call`.
         """
         while self._ended:
-            movement = self._ended[-1]
+            *before, movement = self._ended
             try:
-                self._ask(movement, movement.on)
+                if self._answers(movement, movement.ended):
+                    self._ask(movement, movement.on)
             except CallRefused as error:
                 log.warning("%s", error)
-            self._ended.pop()
+            self._ended = tuple(before)
+
+    def _note(self, movement: Movement) -> None:
+        alike = (movement.service, movement.off)
+        others = (other for other in self._ended if (other.service, other.off) != alike)
+        self._ended = (*others, movement)
+
+    def _answers(self, movement: Movement, answers: tuple[tuple[Call, bool | str], ...]) -> bool:
+        return all(self._ask(movement, call) == wanted for call, wanted in answers)
 
     def _ask(self, movement: Movement, call: Call) -> Any:
         return self._connection.call(movement.service, *call)
