@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import qi
+from naoqi_driver.condition import INFO_KEYS
 
 pytestmark = pytest.mark.ros
 
@@ -154,3 +155,35 @@ def test_robots_log_appears_on_rosout(naoqi_session, probe, wait_until):
         return any("hot motor" in fields[0] for _, fields in probe.seen("/rosout"))
 
     wait_until(told, "the message appears")
+
+
+class ReticentMemory:
+    """It leaves out what the robot is."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def getListData(self, keys: list[str]) -> list:
+        if tuple(keys) != INFO_KEYS:
+            return [0.5] * len(keys)
+        self.asked += 1
+        return []
+
+
+class Body:
+    def getBodyNames(self, group: str) -> list[str]:
+        return ["HeadYaw"]
+
+
+def test_a_robot_that_does_not_say_what_it_is_has_a_battery_and_temperatures(graph, naoqi, probe, wait_until):
+    memory = ReticentMemory()
+    naoqi.register("ALMemory", memory)
+    naoqi.register("ALMotion", Body())
+    program = graph.workspace / "lib" / "naoqi_driver_py" / "naoqi_condition.py"
+    with graph.run(str(program), "--pip=127.0.0.1", f"--pport={naoqi.port}", "__ns:=/reticent") as node:
+        probe.watch("/reticent/battery", "sensor_msgs/BatteryState", ["percentage"])
+        assert probe.newest("/reticent/battery") == [0.5]
+        node.wait_for("the robot does not say what it is: info: list of 0 for 15 values")
+        asked = memory.asked
+        wait_until(lambda: memory.asked >= asked + 2, "it is asked again")
+        assert node.output.count("does not say what it is") == 1

@@ -32,6 +32,8 @@ from naoqi_driver.replies import names
 from sensor_msgs.msg import BatteryState
 from telepresence_ros.diagnostics import ERROR, OK, WARN, Diagnostics
 
+from telepresence.security.change_log import ChangeLog
+
 LOW_CHARGE = 0.2
 """Below this the diagnostics warn."""
 SLOW_PERIOD = 1.0
@@ -61,6 +63,7 @@ class Condition:
         self._battery = rospy.Publisher("battery", BatteryState, queue_size=1, latch=True)
         self._info = rospy.Publisher("info", StringStamped, queue_size=1, latch=True)
         self._informed = 0  # at which of the link's connections
+        self._info_log = ChangeLog()
         address = str(self._node.connection.address)
         self._diagnostics = {part: Diagnostics(part, address) for part in ("battery", "joint temperatures")}
         self._pressed = dict.fromkeys(SWITCHES, False)
@@ -76,11 +79,11 @@ class Condition:
                 self._publish_switches(read_switches(self._get(list(SWITCHES.values()))))
                 if now >= slow_due:
                     slow_due = now + SLOW_PERIOD
-                    self._publish_info()
                     self._joints = self._joints or self._read_joints()
                     self._publish_battery(read_battery(self._get(list(BATTERY_KEYS))), now)
                     temperatures = self._get(temperature_keys(self._joints))
                     self._publish_temperatures(read_temperatures(self._joints, temperatures), now)
+                    self._publish_info(now)
             except RobotError as error:
                 for diagnostics in self._diagnostics.values():
                     diagnostics.report(now, ERROR, str(error))
@@ -99,11 +102,15 @@ class Condition:
                 message.state = message.statePressed if now_pressed else message.stateReleased
                 self._publishers[topic].publish(message)
 
-    def _publish_info(self) -> None:
+    def _publish_info(self, now: float) -> None:
         connections = self._node.connection.connections
         if self._informed == connections:
             return
-        message = StringStamped(data=read_info(self._get(list(INFO_KEYS))))
+        try:
+            message = StringStamped(data=read_info(self._get(list(INFO_KEYS))))
+        except RobotError as error:  # no reason to call battery and temperatures unknown
+            self._info_log.note(now, f"the robot does not say what it is: {error}", rospy.logwarn)
+            return
         message.header.stamp = rospy.Time.now()
         self._info.publish(message)
         self._informed = connections
