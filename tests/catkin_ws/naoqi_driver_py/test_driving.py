@@ -242,6 +242,14 @@ def test_security_distances_can_be_set_and_nonsense_is_refused(station):
     assert "nan is not a distance" in error
 
 
+def test_joint_angles_that_nobody_takes_are_told_by_the_topic_that_is_missing(station):
+    angles = "{joint_names: [HeadYaw], joint_angles: [0.1], speed: 0.1}"
+    with station.graph.run(
+        "rostopic", "pub", "-r", "5", "/joint_angles", "naoqi_bridge_msgs/JointAnglesWithSpeed", angles
+    ):
+        station.driver.wait_for("joint_angles goes no farther: nobody takes /pose/joint_angles")
+
+
 def test_robot_of_a_killed_driver_stands_and_its_successor_drives(station, wait_until):
     def kill():
         station.driver.kill()

@@ -9,7 +9,7 @@ from naoqi_bridge_msgs.msg import JointAnglesWithSpeed
 from telepresence_ros.past_commands import subscribe_commands
 
 COMPLAINT_PERIOD = 5.0
-"""Seconds between two warnings that nobody moves the joints."""
+"""Seconds between two warnings that nobody takes what is relayed."""
 
 
 def relay_joint_angles() -> None:
@@ -18,7 +18,10 @@ def relay_joint_angles() -> None:
 
     def relay(message: JointAnglesWithSpeed) -> None:
         if not controller.get_num_connections():
-            rospy.logwarn_throttle(COMPLAINT_PERIOD, "joint_angles moves nothing: pose_controller does not run")
+            # That it moves nothing is not sure: in the root namespace pose_controller takes joint_angles itself.
+            rospy.logwarn_throttle(
+                COMPLAINT_PERIOD, f"joint_angles goes no farther: nobody takes {controller.resolved_name}"
+            )
         with contextlib.suppress(rospy.ROSException):  # the topic was closed: this node is being shut down
             controller.publish(message)
 
