@@ -166,6 +166,26 @@ def test_the_red_stop_holds_the_joints_of_a_robot_in_a_namespace(graph, probe):
         controller.wait_for(refusal)
 
 
+def test_the_red_stop_holds_the_joints_where_the_namespace_is_said(graph, probe):
+    """And not where a mark is that another launch file has left behind."""
+    graph.run("rosparam", "set", "/pepper_is_here", "true").process.wait(30)
+    angles = "{joint_names: [HeadYaw], joint_angles: [-0.6], speed: 1.0}"
+    with (
+        graph.run_node("naoqi_pose", "pose_controller.py", "__ns:=/p3/pose", "_robot_namespace:=/p3") as controller,
+        graph.run("rostopic", "pub", "-r", "10", "/p3/drive/state", "telepresence_msgs/DriveState", "stopped_by: ben"),
+        graph.run(
+            "rostopic", "pub", "-r", "10", "/p3/pose/joint_angles", "naoqi_bridge_msgs/JointAnglesWithSpeed", angles
+        ),
+    ):
+        controller.wait_for("joint_angles is not obeyed: ben has pressed the red stop")
+    graph.run("rosparam", "delete", "/pepper_is_here").process.wait(30)
+
+
+def test_a_red_stop_that_nobody_could_press_is_told(graph, probe):
+    with graph.run_node("naoqi_pose", "pose_controller.py", "__ns:=/p4/pose", "_robot_namespace:=p4/") as controller:
+        controller.wait_for(r"nobody publishes /p4/drive/state\. .*robot_namespace:=/NAME")
+
+
 def test_a_pose_of_a_robot_in_a_namespace_stops_its_base(graph, probe):
     """Its service is asked for by the name that it has there."""
     graph.run("rosparam", "set", "/p1/pepper_is_here", "true").process.wait(30)

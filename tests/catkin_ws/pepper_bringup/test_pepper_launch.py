@@ -20,6 +20,12 @@ def test_the_poses_find_the_robot_in_its_namespace(roslaunch_says, space, mark):
         assert "drive/state:=" not in command and "stop_walk_srv:=" not in command, "it asks for its own robot's"
 
 
+@pytest.mark.parametrize(("words", "said"), [((), ""), (("robot_namespace:=/p1",), "/p1")])
+def test_the_poses_alone_are_told_where_their_robot_is(roslaunch_says, words, said):
+    parameters = yaml.safe_load(roslaunch_says("--dump-params", "naoqi_pose", "pose_manager.launch", *words))
+    assert {parameters[f"/{node}/robot_namespace"] for node in ("pose_controller", "pose_manager")} == {said}
+
+
 @pytest.mark.parametrize("file", ["pepper_full.launch", "pepper_full_py.launch", "tele_pepper.launch"])
 def test_a_namespace_from_the_environment_stands_in_names_once(roslaunch_says, file):
     nodes = roslaunch_says("--nodes", "pepper_bringup", file, ROS_NAMESPACE="p1").split()

@@ -12,10 +12,11 @@ Services:   body_stiffness/enable, body_stiffness/disable, wakeup, rest, life/en
             life/get_state (std_srvs/Trigger). They answer when the robot has done it.
 Publishes:  get_life_state (std_msgs/String, latched).
 Parameters: ~poll_rate (0.2) [s] between two polls of a running motion; ~init_stiffness (0.0): above 0, stiffen the
-            joints to this once at start.
+            joints to this once at start; ~robot_namespace (""): see `robot_namespace`.
 """
 
 import sys
+import time
 from collections.abc import Callable
 
 import actionlib
@@ -50,6 +51,8 @@ SLOW_TIMEOUT = 15.0
 STIFFENING_TIME = 0.5
 RESULT_TIMEOUT = 1.0
 LIFE_PERIOD = 2.0
+NO_STOP_AFTER = 10.0
+"""Seconds without drive_lease, which may start later than we, after which it is said that there is no red stop."""
 
 
 class PoseController:
@@ -59,6 +62,7 @@ class PoseController:
         self._poll = float(rospy.get_param("~poll_rate", 0.2))
         self._stiffen_to = float(rospy.get_param("~init_stiffness", 0.0))
         self._stopped_by = ""
+        self._stop_seen, self._stop_missed = time.monotonic(), False
         self._states = rospy.Subscriber(
             of_robot("drive/state"), DriveState, self._on_drive_state, queue_size=1, tcp_nodelay=True
         )
@@ -91,7 +95,8 @@ class PoseController:
         return self._node.run(self._loop)
 
     def _loop(self) -> None:
-        for _ in self._node.cycles(LIFE_PERIOD):
+        for now in self._node.cycles(LIFE_PERIOD):
+            self._look_for_the_stop(now)
             try:
                 if self._stiffen_to > 0:
                     self._node.connection.call(
@@ -109,6 +114,18 @@ class PoseController:
 
     def _on_drive_state(self, state: DriveState) -> None:
         self._stopped_by = clean(state.stopped_by)
+
+    def _look_for_the_stop(self, now: float) -> None:
+        """Say when nobody could press the red stop, or when it is another robot's that we listen for."""
+        if self._states.get_num_connections() > 0:
+            self._stop_seen, self._stop_missed = now, False
+        elif not self._stop_missed and now - self._stop_seen > NO_STOP_AFTER:
+            self._stop_missed = True
+            rospy.logwarn(
+                "no red stop holds the joints: nobody publishes %s. If this robot's is in another namespace, "
+                "tell pose_manager.launch: robot_namespace:=/NAME",
+                self._states.resolved_name,
+            )
 
     @property
     def _is_stopped(self) -> bool:

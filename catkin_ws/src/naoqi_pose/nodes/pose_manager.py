@@ -5,7 +5,7 @@ Actions:    body_pose (naoqi_bridge_msgs/BodyPose).
 Needs:      the action joint_trajectory of pose_controller; calls the robot's service stop_walk_srv first, where there
             is one (see `robot_namespace`).
 Parameters: ~poses: name -> joint_names, positions, time_from_start (see config/pepper_poses.yaml). ~xap, Choregraphe's
-            posture library for NAO, is not read: a warning says so.
+            posture library for NAO, is not read: a warning says so. ~robot_namespace (""): see `robot_namespace`.
 """
 
 import sys

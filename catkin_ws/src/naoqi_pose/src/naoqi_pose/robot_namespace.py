@@ -9,7 +9,9 @@ MARK = "pepper_is_here"
 
 
 def of_robot(name: str) -> str:
-    """Return the name of a topic or service of the robot, e.g. "drive/state". Without a mark the robot is in the root
-    namespace, as it is for launch files that include only the poses."""
+    """Return the name of a topic or service of the robot, e.g. "drive/state": in `~robot_namespace`, or where the mark
+    is. Without either the robot is in the root namespace, as it is for launch files that include only the poses."""
+    if said := str(rospy.get_param("~robot_namespace", "")):
+        return rospy.names.canonicalize_name(f"/{said}/{name}")
     found = rospy.search_param(MARK) or "/"
     return found[: found.rindex("/") + 1] + name
