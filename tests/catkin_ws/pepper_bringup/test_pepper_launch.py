@@ -45,3 +45,12 @@ def test_calibration_files_reach_their_cameras(roslaunch_says, file):
 def test_goals_can_be_left_to_move_base(roslaunch_says, file):
     parameters = yaml.safe_load(roslaunch_says("--dump-params", "pepper_bringup", file, "goals:=false"))
     assert parameters["/naoqi_driver/goals"] is False
+
+
+@pytest.mark.parametrize(("words", "space"), [((), "naoqi_driver"), (("namespace:=pepper_robot",), "pepper_robot")])
+def test_the_line_of_the_driver_in_cpp_has_its_topics_where_that_driver_has_them(roslaunch_says, words, space):
+    file = ("naoqi_driver", "naoqi_driver.launch")
+    nodes = set(roslaunch_says("--nodes", *file, *words).split())
+    sensors = ("camera/front", "camera/bottom", "camera/depth", "pepper_laser", "pepper_sonar", "naoqi_condition")
+    assert {f"/{space}/{node}" for node in sensors} <= nodes
+    assert f"imu/torso:={space}/imu/torso" in roslaunch_says("--args", "/naoqi_joint_states", *file, *words)
