@@ -197,6 +197,7 @@ def test_a_goal_of_another_frame_is_found_by_tf(station, wait_until):
     turned = f"{{rotation: {{z: {math.sqrt(0.5)}, w: {math.sqrt(0.5)}}}, translation: {{x: {x}, y: {y}}}}}"
     link = f"{{header: {{frame_id: odom}}, child_frame_id: map, transform: {turned}}}"
     with station.graph.run("rostopic", "pub", "-l", "/tf_static", "tf2_msgs/TFMessage", f"transforms: [{link}]"):
+        wait_until(lambda: "/tf_static" in station.pilot.topics(), "the map is placed")
         station.pilot.goal("map", 0.3, 0.0, 0.0)
         wait_until(lambda: station.state == "driving to the goal", "the goal is taken")
         wait_until(lambda: station.state.startswith("stopped"), "the goal is reached")
