@@ -219,9 +219,3 @@ def nearest(hand: Hand, truth: TruePepper) -> tuple[float, float, tuple[float, f
             if place and NEAR < math.dist(place, truth.place) < FAR and hand.is_on_picture(u, v):
                 return float(u), float(v), place
     raise RuntimeError("the picture shows no floor nearby")
-
-
-if __name__ == "__main__":
-    from report import table
-
-    print(table(head_rows()), end="")

@@ -14,6 +14,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from report import Row, percentile
 from ros_graph import private_master, wait_for
@@ -179,11 +180,10 @@ class Pilot:
 
     def __init__(self, topic: str, environment: dict[str, str]) -> None:
         self._process = processes.start(
-            [sys.executable, __file__, topic],
+            [sys.executable, str(Path(__file__).with_name("pilot_node.py")), topic],
             env=environment,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
             text=True,
         )
 
@@ -224,44 +224,3 @@ def running(commands: list[list[str]], environment: dict[str, str]) -> Iterator[
     finally:
         for process in reversed(started):
             processes.end(process)
-
-
-def pilot(topic: str) -> None:
-    """The node behind `Pilot`."""
-    import threading
-
-    import rospy
-    from geometry_msgs.msg import Twist
-    from std_srvs.srv import Trigger
-
-    rospy.init_node("pilot")
-    reset = rospy.ServiceProxy(f"{topic.rpartition('/')[0]}/reset_bumper", Trigger)
-    publisher = rospy.Publisher(topic, Twist, queue_size=1, tcp_nodelay=True)
-    lock, state = threading.Lock(), {"velocity": None, "last": 0.0}
-
-    def repeat() -> None:
-        while not rospy.is_shutdown():
-            with lock:
-                if state["velocity"] is not None:
-                    message = Twist()
-                    message.linear.x, message.linear.y, message.angular.z = state["velocity"]
-                    state["last"] = time.monotonic()
-                    publisher.publish(message)
-            time.sleep(0.05)
-
-    threading.Thread(target=repeat, daemon=True).start()
-    for line in sys.stdin:
-        words = line.split()
-        if words == ["reset"]:
-            try:
-                print(reset().success, flush=True)
-            except rospy.ServiceException:
-                print(False, flush=True)
-            continue
-        with lock:
-            state["velocity"] = None if words == ["cease"] else [float(word) for word in words]
-            print(state["last"], flush=True)
-
-
-if __name__ == "__main__":
-    pilot(sys.argv[1])
