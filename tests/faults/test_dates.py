@@ -27,7 +27,7 @@ COMPARED = {
     "gui/app/capture.py": "the name of a snapshot whose picture has no date",
     "telepresence/video/images.py": "an old picture is not the first that is shown; nor is one after a jump",
     "catkin_ws/src/pepper_sensors_py/nodes/camera.py": "the robot's clock against ours, anew after a jump",
-    "catkin_ws/src/naoqi_driver_py/src/naoqi_driver/goal_topic.py": "a goal of long ago is refused; none of now is after a jump",
+    "catkin_ws/src/naoqi_driver_py/src/naoqi_driver/goal_topic.py": "an old goal is refused, none of now after a jump",
     "catkin_ws/src/rto_node/src/rto_node/webrtc_camera.py": "the age of a picture; what is not plausible is unknown",
     "catkin_ws/src/telepresence_ros/src/telepresence_ros/robot_state.py": "begins again when time does",
     "pepper_sim/naoqi/people/targets.py": "what an event says of a target; one that is not of now is none",
