@@ -93,7 +93,7 @@ def _trials(record: dict) -> list[tuple[str, ...]]:
         found = {trial["robot"]: trial for trial in record["trials"] if trial["name"] == name}
         any_of = next(iter(found.values()))
         texts = (_trial(found[robot]) if robot in found else "–" for robot in ROBOTS)
-        rows.append((name, f"{any_of['judged']} {any_of['wanted']:g} {any_of['unit']}", *texts))
+        rows.append((name, f"{any_of['judged']} {any_of['wanted']:.3g} {any_of['unit']}", *texts))
     return rows
 
 
