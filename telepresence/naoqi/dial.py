@@ -9,7 +9,7 @@ import time
 from .connection import Connection
 from .dynamics import PYTHON, Dialect
 from .limits import Limits
-from .stream import prepare
+from .socket_options import prepare
 
 CONNECT_S = 10.0
 """Seconds within which a connection must be made, TLS included."""

@@ -23,7 +23,7 @@ from .reactor import READ, Timer, reactor
 from .releases import RELEASES, Release
 from .served_object import ServedObject
 from .signals import Signal
-from .stream import prepare
+from .socket_options import prepare
 
 log = logging.getLogger(__name__)
 

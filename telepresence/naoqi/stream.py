@@ -10,10 +10,8 @@ from __future__ import annotations
 import collections
 import logging
 import os
-import select
 import socket
 import ssl
-import struct
 import threading
 import time
 from collections.abc import Sequence
@@ -23,6 +21,7 @@ from .limits import Limits
 from .message import Header, MessageReader
 from .reactor import READ, WRITE, Reactor
 from .signature import WireError
+from .socket_options import has_hung_up, prepare_to_close
 from .workers import Strand
 
 log = logging.getLogger(__name__)
@@ -35,30 +34,11 @@ _SHORT = 16 * 1024
 """Pieces below this are queued together [bytes]."""
 _LINGER_S = 1.0
 """So long a finished connection waits for the peer to close, or the last words could be lost [s]."""
-_LAST_WORDS_MS = 3000
-"""So long the kernel goes on sending what a closed connection had left [ms]: beyond it, an order is past."""
-_DISCARD = struct.pack("ii", 1, 0)
-"""SO_LINGER of zero seconds: closing throws away what the peer has not confirmed, and resets the connection."""
-_HANG_UP = getattr(select, "POLLRDHUP", 0)
-"""Linux reports it beside POLLHUP and POLLERR, which are always reported."""
 _AGAIN = (BlockingIOError, InterruptedError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
 
 _handshakes = Strand()
 """TLS handshakes of the whole process, one step at a time: they may take one processor, and no more."""
 os.register_at_fork(after_in_child=_handshakes.__init__)  # type: ignore[misc]
-
-
-def prepare(stream: socket.socket) -> None:
-    """Set the options of a connection as libqi does: no delay, and a peer that is gone is noticed after 30 to 60 s.
-
-    Raises: OSError: It is closed already.
-    """
-    stream.setblocking(False)
-    stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    stream.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for name, value in (("TCP_KEEPIDLE", 30), ("TCP_KEEPINTVL", 3), ("TCP_KEEPCNT", 10), ("TCP_USER_TIMEOUT", 30_000)):
-        if hasattr(socket, name):
-            stream.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
 
 class Stream:
@@ -355,20 +335,14 @@ class Stream:
             self.end(f"the peer has read nothing for {patience:g} s", abort=True)
         elif not self._reader.idle and not self._paused and now - self._read_at > patience:
             self.end(f"half a message, and nothing more for {patience:g} s", abort=True)
-        elif self._paused and not self._ended and _hung_up(self._socket):
+        elif self._paused and not self._ended and has_hung_up(self._socket):
             self.end("the peer closed the connection")  # which reading would have told
 
     def _close(self, abort: bool) -> None:
         self._reactor.unwatch(self._socket)
         self._mask = 0
         with self._lock:
-            try:
-                if abort:
-                    self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _DISCARD)
-                elif self._socket.family != socket.AF_UNIX and hasattr(socket, "TCP_USER_TIMEOUT"):
-                    self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, _LAST_WORDS_MS)
-            except OSError as error:
-                log.debug("before closing: %s", error)
+            prepare_to_close(self._socket, discard=abort)
             try:
                 self._socket.close()
             except OSError as error:
@@ -389,12 +363,6 @@ class Stream:
         if mask != self._mask and not self._ended:
             self._mask = mask
             self._reactor.change(self._socket, mask, self._ready)
-
-
-def _hung_up(stream: socket.socket) -> bool:
-    poller = select.poll()
-    poller.register(stream, _HANG_UP)
-    return bool(poller.poll(0))
 
 
 def _why(error: OSError) -> str:
