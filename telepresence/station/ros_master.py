@@ -79,6 +79,18 @@ def master_answers(uri: str, timeout: float = TIMEOUT) -> bool:
         return False
 
 
+def topics_of(
+    uri: str, caller: str, timeout: float = TIMEOUT
+) -> tuple[dict[str, list[str]], dict[str, list[str]]] | None:
+    """Return who publishes and who subscribes, topic -> nodes; None if the master at `uri` does not answer within
+    `timeout` seconds."""
+    try:
+        publishers, subscribers, _services = master_proxy(uri, timeout).getSystemState(caller)[2]
+    except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+        return None
+    return dict(publishers), dict(subscribers)
+
+
 def has_ended(node_uri: str, timeout: float = TIMEOUT) -> bool:
     """Whether the process of a node has ended: nothing listens at its XML-RPC address (http://host:port) any more, and
     its host says so within `timeout` seconds. A host that is silent proves nothing."""

@@ -6,13 +6,10 @@ rto_drive_link, whose gate runs on the robot. `find_route` and `next_route` have
 
 from __future__ import annotations
 
-import http.client
-import logging
 import re
 import threading
-import xmlrpc.client
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import rosgraph
 import rospy
@@ -21,9 +18,7 @@ from std_msgs.msg import String
 
 from telepresence.geometry import Velocity
 from telepresence.security.outside_text import LONGEST_LOG, clean
-from telepresence.station.ros_master import master_proxy
-
-log = logging.getLogger(__name__)
+from telepresence.station.ros_master import topics_of
 
 GATED, UNGATED = "safe_cmd_vel", "cmd_vel"
 LOOK_PERIOD = 1.0
@@ -169,17 +164,14 @@ class DriveTopic:
 
     def _find(self) -> Route | None:
         """Return the route as the master knows it now; None if the master does not answer."""
-        try:
-            answer: Any = master_proxy(rosgraph.get_master_uri(), MASTER_TIMEOUT).getSystemState(rospy.get_name())
-        except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
-            log.debug("the master does not say who listens: %s", error)
+        graph = topics_of(rosgraph.get_master_uri(), rospy.get_name(), MASTER_TIMEOUT)
+        if graph is None:
             return None
-        publishers, subscribers, _ = ({topic: nodes for topic, nodes in part} for part in answer[2])
         if self._fixed:
-            nodes = set(subscribers.get(self._own, ())) - {rospy.get_name()}
-            route = _route_on(self._own, tuple(sorted(nodes)), (publishers, subscribers))
+            nodes = set(graph[1].get(self._own, ())) - {rospy.get_name()}
+            route = _route_on(self._own, tuple(sorted(nodes)), graph)
             return route._replace(gated=route.gated or _split(self._own)[1] == GATED)
-        return find_route(self._own, (publishers, subscribers), self._gate)
+        return find_route(self._own, graph, self._gate)
 
     def _take(self, route: Route) -> None:
         if self._publisher is None or route.topic != self.route.topic:

@@ -6,20 +6,15 @@ the sender's name on every connection, so a driver can tell them apart.
 
 from __future__ import annotations
 
-import http.client
-import logging
 import threading
 import time
-import xmlrpc.client
 from typing import Any
 
 import rosgraph
 import rospy
 from std_msgs.msg import String
 
-from telepresence.station.ros_master import master_proxy
-
-log = logging.getLogger(__name__)
+from telepresence.station.ros_master import topics_of
 
 STATES, VELOCITIES = "safety_state", "cmd_vel"
 FIRST_STATE_TIMEOUT = 1.0
@@ -47,7 +42,8 @@ class GateNames:
         self._looked: dict[str, float] = {}
         self._heard = threading.Event()
         self._states = rospy.Subscriber(topic, String, self._on_state, queue_size=1)
-        if wait and topic in dict(rospy.get_master().getSystemState()[2][0]):
+        graph = self._ask_master() if wait else None
+        if graph is not None and topic in graph[0]:
             self._heard.wait(FIRST_STATE_TIMEOUT)
 
     def __bool__(self) -> bool:
@@ -75,10 +71,9 @@ class GateNames:
             self._heard.set()
 
     def _is_gate(self, name: str) -> bool:
-        try:
-            answer: Any = master_proxy(rosgraph.get_master_uri(), MASTER_TIMEOUT).getSystemState(rospy.get_name())
-        except (OSError, http.client.HTTPException, xmlrpc.client.Error) as error:
-            log.debug("the master does not say who %s is: %s", name, error)
-            return False
-        publishers, subscribers = (dict(part) for part in answer[2][:2])
-        return all(name in nodes.get(self._velocities, ()) for nodes in (publishers, subscribers))
+        graph = self._ask_master()
+        return graph is not None and all(name in nodes.get(self._velocities, ()) for nodes in graph)
+
+    @staticmethod
+    def _ask_master() -> tuple[dict[str, list[str]], dict[str, list[str]]] | None:
+        return topics_of(rosgraph.get_master_uri(), rospy.get_name(), MASTER_TIMEOUT)

@@ -7,15 +7,13 @@ to be played.
 
 from __future__ import annotations
 
-import http.client
 import threading
 import time
-import xmlrpc.client
 
 import rosgraph
 import rospy
 
-from telepresence.station.ros_master import master_proxy
+from telepresence.station.ros_master import topics_of
 
 CLOCK_TIMEOUT = 2.0
 """Seconds of real time without a /clock after which the node says so."""
@@ -44,9 +42,8 @@ def _watch(stop: threading.Event) -> None:
 
 def _givers() -> str:
     """Who is to give the time, in words, as far as the master knows and answers."""
-    try:
-        _, _, (publishers, *_) = master_proxy(rosgraph.get_master_uri()).getSystemState(rospy.get_name())
-    except (OSError, http.client.HTTPException, xmlrpc.client.Error):
+    graph = topics_of(rosgraph.get_master_uri(), rospy.get_name())
+    if graph is None:
         return ""
-    names = dict(publishers).get("/clock")
+    names = graph[0].get("/clock")
     return f" from {', '.join(names)}" if names else ", and nobody publishes it"
