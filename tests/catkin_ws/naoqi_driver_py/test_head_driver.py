@@ -90,11 +90,17 @@ def test_what_does_not_move_the_base_stays_and_so_does_what_is_off(mode):
     assert robot.mode == "BodyRotation"
 
 
-def test_the_newest_mode_is_given_back():
-    robot = Robot("BodyRotation")
+def piloted(mode):
+    """A robot that moved its base by this mode, and a head whose pilot has ended that."""
+    robot = Robot(mode)
     head = HeadDriver(robot, 0.15)
     head.piloted(10.0)
     head.supervise(10.0)
+    return robot, head
+
+
+def test_the_newest_mode_is_given_back():
+    robot, head = piloted("BodyRotation")
     robot.mode = "MoveContextually"
     head.piloted(10.1 + HOLD_PERIOD)
     head.supervise(10.1 + HOLD_PERIOD)
@@ -104,10 +110,7 @@ def test_the_newest_mode_is_given_back():
 
 
 def test_a_mode_that_the_owner_has_set_meanwhile_stays():
-    robot = Robot("MoveContextually")
-    head = HeadDriver(robot, 0.15)
-    head.piloted(10.0)
-    head.supervise(10.0)
+    robot, head = piloted("MoveContextually")
     robot.mode = "WholeBody"
     head.supervise(10.1 + PILOT_GONE)
     assert robot.mode == "WholeBody"
