@@ -7,8 +7,6 @@ futures are completed outside the world's lock, on the thread that steps the wor
 from __future__ import annotations
 
 import math
-import threading
-from collections import deque
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
 
@@ -42,8 +40,9 @@ from pepper_sim.body.power import Power
 from pepper_sim.body.readings import Readings
 from pepper_sim.body.sensors import Sensors
 from pepper_sim.body.state import Snapshot
+from pepper_sim.body.velocity_orders import VelocityOrders
 from pepper_sim.models import PREFIX
-from telepresence.geometry import require_finite, roll_pitch_yaw
+from telepresence.geometry import Velocity, require_finite, roll_pitch_yaw
 from telepresence.sim.base import BaseLimits, PlanarBase
 from telepresence.sim.camera import Cameras, Feed
 from telepresence.sim.world import TICK, World
@@ -102,10 +101,7 @@ class Pepper:
         """Whether motors save power while nothing moves. What they can hold against a person's hand stays the same."""
         self.consent = OwnerConsent(owner_consents, self._switch_reflexes_on)
         self._motion = BaseMotion(self._base, self.security, world.post)
-        self._ordering = threading.Lock()  # nobody holds it for longer than it takes to note a command
-        self._ordered: deque[tuple[float, float, float]] = deque()  # velocities that came during a tick
-        self.newest_command: object = None
-        """Stands for the base's newest command; another one as soon as somebody else commands it."""
+        self._orders = VelocityOrders()
         self._joints = JointMotion(model, prefix, world.post)
         self._power = Power()
         self._fallen = False
@@ -139,6 +135,11 @@ class Pepper:
             raise ValueError(f"base limits must be positive numbers, got {limits}")
         self._base.limits = limits
 
+    @property
+    def newest_command(self) -> object:
+        """Stands for the base's newest command; another one as soon as somebody else commands it."""
+        return self._orders.newest
+
     def set_velocity(self, vx: float, vy: float, wz: float) -> object:
         """Drive until the next call, within the base's limits. It never waits: during a tick the velocity is kept for
         whoever has the world next, and nobody sees the robot before it counts.
@@ -152,8 +153,7 @@ class Pepper:
             ValueError: A value is not finite.
         """
         require_finite("velocity", (vx, vy, wz))
-        with self._ordering:
-            command = self._order(vx, vy, wz)
+        command = self._orders.add(Velocity(vx, vy, wz))
         with self.world.locked_if_free() as held:
             if held:
                 self._obey()
@@ -169,12 +169,9 @@ class Pepper:
         """
         require_finite("velocity", (vx, vy, wz))
         with self.world.locked():
-            with self._ordering:
-                if self.newest_command is not command:
-                    return None
-                command = self._order(vx, vy, wz)
+            replacing = self._orders.replace(command, Velocity(vx, vy, wz))
             self._obey()
-        return command
+        return replacing
 
     def move_to(self, waypoints: Sequence[tuple[float, float, float]], *, duration: float | None = None) -> Future:
         """Drive through `waypoints` and stop in the last one.
@@ -195,7 +192,7 @@ class Pepper:
             raise ValueError(f"the duration must be a positive number of seconds, got {duration}")
         with self.world.locked():
             self._obey()
-            self.newest_command = object()
+            self._orders.supersede()
             future = self._motion.move_to([(float(x), float(y), float(t)) for x, y, t in waypoints], duration)
             self._check_able()
             self._snapshot = None
@@ -205,7 +202,8 @@ class Pepper:
         """End every motion of the base. The future is done when the wheels stand still."""
         with self.world.locked():
             self._obey()
-            self._snapshot, self.newest_command = None, object()
+            self._snapshot = None
+            self._orders.supersede()
             return self._motion.stop(abrupt)
 
     @property
@@ -311,7 +309,7 @@ class Pepper:
     def has_snapshot(self) -> bool:
         """Return whether `snapshot` answers without waiting for the world: it has been asked since the last tick."""
         taken = self._snapshot
-        return taken is not None and taken[0] == self.world.tick and not self._ordered
+        return taken is not None and taken[0] == self.world.tick and not self._orders.waiting
 
     def snapshot(self) -> Snapshot:
         """Return all sensors after the last tick. Taken at the first call after a tick or a command, so both show."""
@@ -366,16 +364,11 @@ class Pepper:
             pose[:3, :3], pose[:3, 3] = self._frames.find(data, name)
         return pose
 
-    def _order(self, vx: float, vy: float, wz: float) -> object:
-        self.newest_command = command = (vx, vy, wz)
-        self._ordered.append(command)
-        return command
-
     # --- inside, lock held -------------------------------------------------------------------------------------------
 
     def _reset(self) -> None:
         with self.world.locked() as data:
-            self._ordered.clear()
+            self._orders.clear()
             self._motion.reset()
             self.security.reset()
             self.consent.reset()
@@ -408,8 +401,8 @@ class Pepper:
 
     def _obey(self) -> None:
         """Take the velocities that were ordered, before anything else is done with the base or seen of it."""
-        while self._ordered:
-            self._motion.set_velocity(*self._ordered.popleft())
+        while (velocity := self._orders.take()) is not None:
+            self._motion.set_velocity(*velocity)
             self._check_able()
             self._snapshot = None
 
