@@ -3,7 +3,7 @@
 NAOqi 2.8 documentation: ALBasicAwareness turns the head to people and noises, and after it the base, which is how
 autonomous life sets it; ALMotion's idle control breathes and comes back to the posture Stand, ALListeningMovement and
 ALSpeakingMovement nod. Each is asked for its state first, so that what its owner had switched off stays off, and what
-he has changed meanwhile stays as he wants it.
+was changed meanwhile stays changed.
 """
 
 from __future__ import annotations
